@@ -56,8 +56,8 @@ pub mod node {
     pub use umbragraph_graph::pipeline::{Evaluate, LiveSettings, PassBuilder, Produced};
 }
 
-/// Imports of a frame, read-backs, timings and plans prepared on another thread: everything about an [`Executor`] but
-/// itself.
+/// Types used with an [`Executor`]: imports of a frame, texture read-backs, timings, and plans prepared on another
+/// thread.
 #[cfg(feature = "gpu")]
 pub mod executor {
     #[cfg(feature = "noop")]
@@ -68,7 +68,7 @@ pub mod executor {
     };
 }
 
-/// The interiors, for tools. **Unstable**: names here may change with any version.
+/// Internal APIs of the engine, for tools. **Unstable**: names here may change with any version.
 ///
 /// ```text
 ///  text ──parse──▶ Document ──load──▶ TypedPipeline ──build──▶ Graph ──plan──▶ Plan
@@ -76,7 +76,8 @@ pub mod executor {
 ///
 /// Each arrow is one function: [`document::parse`](low_level::document::parse),
 /// [`pipeline::load`](low_level::pipeline::load), [`compiler::build`](low_level::compiler::build),
-/// [`compiler::plan`](low_level::compiler::plan). A [`Session`](low_level::session::Session) keeps what each made.
+/// [`compiler::plan`](low_level::compiler::plan). A [`Session`](low_level::session::Session) caches the result of each
+/// step.
 pub mod low_level {
     pub use umbragraph_graph::{
         CheckOptions, CheckReport, Coverage, Examination, Verify, capture, check, check_configurations,
@@ -89,7 +90,7 @@ pub mod low_level {
     pub use crate::front::sheet;
     pub use crate::front::{camera_path, files, picture, starter};
 
-    /// Compiles a typed pipeline to a plan: graph, order, memory.
+    /// Compiles a typed pipeline to a plan: render graph, pass order, and memory of resources.
     pub mod compiler {
         pub use umbragraph_graph::compiler::{
             Assembly, AssemblyPass, CpuPasses, CullReason, Edge, Graph, GraphNode, Hazard, ImportDescriptor,
@@ -102,8 +103,8 @@ pub mod low_level {
     }
 }
 
-/// Names that most applications use: the facade, frames and lights, the draw contract, and the words of properties and
-/// filters.
+/// Names that most applications use: library and pipeline, frames and lights, draw sources, and the names of mesh
+/// properties and filters.
 ///
 /// ```
 /// use umbragraph::prelude::*;
@@ -134,7 +135,7 @@ use crate::diagnostic::{Code, Diagnostics};
 use crate::low_level::shader::{self, TemplateSet};
 use crate::low_level::source::Sources;
 
-/// The templates that come with this crate, registered under `shaders-templates/`.
+/// Returns the shader templates that come with this crate, and registers their sources under `shaders-templates/`.
 pub fn templates(sources: &mut Sources, diagnostics: &mut Diagnostics) -> Arc<TemplateSet> {
     let mut set = TemplateSet::new();
     for (name, text) in umbragraph_shaders_templates::FILES {
@@ -145,7 +146,7 @@ pub fn templates(sources: &mut Sources, diagnostics: &mut Diagnostics) -> Arc<Te
     Arc::new(set)
 }
 
-/// Every code that a diagnostic of this crate can have, by its id.
+/// Returns every code that a diagnostic of this crate can have, sorted by id.
 pub fn codes() -> Vec<Code> {
     let mut codes = diagnostic::codes::ALL.to_vec();
     codes.extend_from_slice(shader::codes::ALL);
@@ -157,7 +158,7 @@ pub fn codes() -> Vec<Code> {
     codes
 }
 
-/// The Rust of the guide and of the README.
+/// The Rust examples of the guide and of the README, compiled as doc tests.
 #[cfg(all(doctest, feature = "gpu"))]
 mod guide {
     #[doc = include_str!("docs/guide/5-own-node-kind.md")]

@@ -113,7 +113,7 @@ rival!(guillotiere::AtlasAllocator);
 
 const SIDE: u32 = 4096;
 
-/// First tries, failures of them, and the time for all.
+/// Returns the number of first attempts, the number of those that failed, and the total time.
 fn run<A: Allocator>(mut allocator: A, fill: u64) -> (u32, u32, Duration) {
     let mut random = Random(42);
     let area = u64::from(SIDE) * u64::from(SIDE);
@@ -142,7 +142,7 @@ fn run<A: Allocator>(mut allocator: A, fill: u64) -> (u32, u32, Duration) {
     (tries, failures, start.elapsed())
 }
 
-/// The minimum time of some runs.
+/// Returns the result of the fastest of several runs.
 fn best<A: Allocator>(make: impl Fn() -> A, fill: u64) -> (u32, u32, Duration) {
     (0..5).map(|_| run(make(), fill)).min_by_key(|(_, _, time)| *time).unwrap_or_default()
 }

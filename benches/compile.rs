@@ -117,7 +117,8 @@ fn min_time(pipeline: &Arc<TypedPipeline>, sources: &Sources, runs: usize) -> Du
     (0..runs).map(|_| run()).min().unwrap_or_default()
 }
 
-/// The time of planning for another size divided by that of planning from scratch, both without building the graph.
+/// Returns the time of planning for another size divided by that of planning from scratch, both without building the
+/// graph.
 fn resize_ratio(graph: &Graph) -> f64 {
     let (pipeline, sources) = pipeline(graph);
     let (graph, other) = (built(&pipeline), [65, 64]);

@@ -31,7 +31,8 @@ type Setting = (&'static str, &'static str);
 
 const MOMENTS: &[Setting] = &[("moment_cascades", "\"all\""), ("moment_spots", "true")];
 
-/// The name, features, parameters, and the claim of another system in milliseconds.
+/// A filter to measure: name, features, parameters, and the time in milliseconds that another system claims for it
+/// (`None` if unknown).
 type Filter = (&'static str, &'static [Setting], &'static [Setting], Option<f64>);
 
 const FILTERS: [Filter; 13] = [
@@ -55,7 +56,7 @@ const FILTERS: [Filter; 13] = [
     ("msm", &[("moment_filter", "\"msm\"")], MOMENTS, None),
 ];
 
-/// The time of drawing maps, of moments, and of shading.
+/// The times for rendering shadow maps, for computing moments, and for shading.
 #[derive(Clone, Copy)]
 struct Times([Duration; 3]);
 
@@ -136,7 +137,7 @@ fn times(
     Some(min)
 }
 
-/// The figure in one light.
+/// Returns the frame input for the figure under a single light.
 fn frame(scene: &Scene, kind: LightKind) -> FrameInput {
     let mut input = scene.frame_input(f64::from(SIZE[0]) / f64::from(SIZE[1]), 0.0);
     let position = DVec3::new(2.4, 2.9, 2.6);

@@ -28,16 +28,16 @@ use umbragraph_test_support::gpu::{self, Gpu};
 
 const SIZE: [u32; 2] = [1920, 1080];
 
-/// Below it a pass has no line of its own.
+/// The time below which a pass gets no line of its own, if both its CPU and its GPU time are shorter.
 const SMALL: Duration = Duration::from_micros(10);
 
-/// A pipeline that is measured.
+/// A pipeline to measure.
 struct Subject {
     pipeline: &'static str,
     preset: Option<&'static str>,
-    /// The filter of lights, where it is not the default.
+    /// The filter of the lights' shadows; `None` for the default.
     filter: Option<&'static str>,
-    /// The time in milliseconds that the original system claims of passes.
+    /// The times in milliseconds that the original system claims for its passes.
     claims: &'static [(&'static str, Clock, f64)],
 }
 
@@ -88,10 +88,10 @@ const SUBJECTS: [Subject; 12] = [
     Subject::new("umbra").filter("rays"),
 ];
 
-/// Beginnings of the names of passes that draw maps.
+/// Prefixes of the names of passes that render shadow maps.
 const MAPS: [&str; 4] = ["casters", "spot_casters", "point_casters", "directional_casters"];
 
-/// The times of a pass: of the processor and of the GPU.
+/// The CPU time and the GPU time of a pass.
 type Times = [Duration; 2];
 
 fn main() {
@@ -161,7 +161,7 @@ fn main() {
     measure::table(["pipeline", "CPU, all", "maps", "surfaces and lighting", "all"], &rows);
 }
 
-/// The passes in their order, and the least time of each.
+/// Returns the names of the passes in order, and the shortest times of each.
 fn times(gpu: &Gpu, scene: &Scene, subject: &Subject) -> (Vec<String>, BTreeMap<String, Times>) {
     let word = subject.filter.map(|filter| format!("\"{filter}\""));
     let filter = word.as_deref().map(|word| ("light_filter", word));

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-/// Names of the texts, and the texts.
+/// Returns the names and the texts of invalid or extreme pipelines.
 pub(crate) fn texts() -> Vec<(&'static str, String)> {
     const TEN_MEGABYTES: usize = 10 << 20;
     vec![
@@ -71,7 +71,7 @@ fn many(count: usize, inside: &str) -> String {
     text
 }
 
-/// A pipeline with these passes and parameters, of which only the first can be rejected for its own sake.
+/// Returns a pipeline with the given passes and parameters; everything else in it is valid.
 fn valid(passes: &str, parameters: &str) -> String {
     format!(
         r#"{{ "format": 1, "name": "hopeless", "parameters": {{ {parameters} }},
@@ -80,7 +80,7 @@ fn valid(passes: &str, parameters: &str) -> String {
     )
 }
 
-/// A pipeline whose texture is so wide.
+/// Returns a pipeline with a texture of the given width.
 fn sized(width: &str) -> String {
     format!(
         r#"{{ "format": 1, "name": "hopeless",
@@ -98,7 +98,7 @@ fn looped(rounds: &str) -> String {
     )
 }
 
-/// Subgraphs that each use the next 4,096 times.
+/// Returns a pipeline with subgraphs that each use the next one 4,096 times.
 fn nested() -> String {
     let step = |next: &str| {
         format!(r#"{{ "passes": {{ "a": {{ "for_each": {{ "at": 4096 }}, "use": "{next}" }} }} }}"#)

@@ -28,7 +28,7 @@ mod measure;
 
 const SIZES: [usize; 4] = [10, 100, 1_000, 10_000];
 
-/// A pipeline, and the file that it extends, if it does.
+/// The text of a pipeline, and of the file that it extends; `base` is empty if there is none.
 struct Files {
     text: String,
     base: String,
@@ -76,8 +76,8 @@ fn main() {
 }
 
 impl Bench {
-    /// Measures one pipeline at all sizes; the log-log slope from 100 passes on, where what is done once no longer
-    /// shows.
+    /// Measures one pipeline at all sizes. Returns the log-log slope of the time from 100 passes on, where constant
+    /// costs no longer matter.
     fn series(&self, name: &str, text_of: fn(usize) -> Files, rows: &mut Vec<[String; 5]>) -> f64 {
         let mut points = Vec::new();
         let mut row = vec![name.to_owned()];
@@ -109,7 +109,7 @@ impl Bench {
         (0..runs).map(|_| run()).min().unwrap_or_default()
     }
 
-    /// The time, the number of passes, and the diagnostics.
+    /// Loads a pipeline. Returns the time, the number of passes, and the first diagnostic.
     fn resolve(&self, files: &Files) -> (Duration, usize, String) {
         let mut sources = self.sources.clone();
         let mut diagnostics = Diagnostics::new();
@@ -149,7 +149,7 @@ impl Bench {
     }
 }
 
-/// Time for `serde_json` to make an untyped tree of a text; none for an empty one.
+/// Returns the time in which `serde_json` parses a text into an untyped tree; zero for an empty text.
 fn tree(text: &str) -> Duration {
     if text.is_empty() {
         return Duration::ZERO;
@@ -164,12 +164,12 @@ fn tree(text: &str) -> Duration {
 
 const TARGET: &str =
     r#""target": { "texture": { "format": "rgba8unorm", "size": "=viewport", "lifetime": "imported" } }"#;
-/// A parameter that may change from frame to frame, as most pipelines have.
+/// The JSON of a parameter that may change from frame to frame, as most pipelines have.
 const LIVE: &str = r#""parameters": { "exposure": { "type": "f32", "default": 1 } }"#;
 const FIRST: &str = r#""shader": "gradient.wgsl.jinja""#;
 const NEXT: &str = r#""shader": "tonemap.wgsl.jinja", "axes": { "debug_view": "shadow_term" }"#;
 
-/// A chain of passes written out.
+/// Returns a chain of passes, each written out.
 fn flat(count: usize) -> Files {
     let (mut resources, mut passes) = (String::new(), String::new());
     for at in 0..count {
@@ -190,7 +190,7 @@ fn flat(count: usize) -> Files {
     pipeline_text("", &resources, &passes)
 }
 
-/// The chain with each pass but the first in an instance of a subgraph.
+/// Returns the same chain, with each pass but the first in an instance of a subgraph.
 fn instanced(count: usize) -> Files {
     let subgraph = format!(
         r#"  "subgraphs": {{ "step": {{ "inputs": {{ "image": "what is shown" }},
@@ -212,7 +212,7 @@ fn instanced(count: usize) -> Files {
     pipeline_text(&subgraph, resources, &passes)
 }
 
-/// The chain of another file, with a description of each pass.
+/// Returns a pipeline that extends the chain in another file with a description of each pass.
 fn extended(count: usize) -> Files {
     let mut passes = String::new();
     for at in 0..count {

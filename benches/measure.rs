@@ -3,7 +3,7 @@
 // Each bench uses a part of it.
 #![allow(dead_code)]
 
-/// The slope of a line through points, by least squares.
+/// Returns the slope of the least-squares line through points.
 pub(crate) fn slope(points: &[(f64, f64)]) -> f64 {
     let count = points.len() as f64;
     let mean = |of: fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>() / count;
@@ -12,7 +12,7 @@ pub(crate) fn slope(points: &[(f64, f64)]) -> f64 {
     up / points.iter().map(|point| (point.0 - x).powi(2)).sum::<f64>()
 }
 
-/// Prints a table: the heads of its columns, and its rows.
+/// Prints a Markdown table with column heads and rows.
 pub(crate) fn table<const N: usize>(heads: [&str; N], rows: &[[String; N]]) {
     println!("\n| {} |\n|{}", heads.join(" | "), "---|".repeat(N));
     for row in rows {

@@ -77,7 +77,7 @@ fn set(files: &[(&str, &str)]) -> TemplateSet {
     set
 }
 
-/// The project's templates but those with more than 16 axes, each of which has thousands of texts for minutes.
+/// Returns the project's templates, except those with more than 16 axes, whose thousands of variants take minutes.
 fn project() -> TemplateSet {
     const FILES: &[(&str, &str)] = umbragraph_shaders_templates::FILES;
     let all = set(FILES);
@@ -92,7 +92,8 @@ fn roots(set: &TemplateSet) -> Vec<String> {
     set.names().filter(|name| !name.starts_with("lib/")).map(str::to_owned).collect()
 }
 
-/// Proves all that the templates can express, with numbers at their defaults: a tenth of the project's texts.
+/// Validates all variants of the templates with integer axes at their defaults: a tenth of the project's shader
+/// sources.
 fn prove_plain(set: &TemplateSet, profiles: &[TargetProfile]) -> Permutations {
     let requests: Vec<Request> = roots(set)
         .iter()
@@ -106,7 +107,7 @@ fn prove_plain(set: &TemplateSet, profiles: &[TargetProfile]) -> Permutations {
     check(set, &requests, &Options { threads: 1, ..Options::default() })
 }
 
-/// The profiles that the pipelines of the tree claim.
+/// Returns the target profiles that the bundled pipeline `forward` claims.
 fn claimed() -> Vec<TargetProfile> {
     let mut sources = Sources::new();
     let file = sources.add("forward.json", include_str!("../pipelines/base/forward.json"));
@@ -119,7 +120,7 @@ fn prove(set: &TemplateSet, profiles: &[TargetProfile], threads: usize) -> Permu
     check(set, &requests, &Options { threads, ..Options::default() })
 }
 
-/// The minimum time of several runs of each of two things, alternating, so that a slow moment of the machine hits both.
+/// Returns the minimum times of two functions. Runs alternate, so that a slow moment of the machine affects both.
 fn min_time(runs: usize, mut ours: impl FnMut(), mut rival: impl FnMut()) -> (Duration, Duration) {
     let mut min = (Duration::MAX, Duration::MAX);
     for _ in 0..runs {
@@ -139,23 +140,24 @@ fn report(name: &str, goal: &str, ours: Duration, rival: Duration, of: &str) {
     println!("ratio {name} {ratio:.4}");
 }
 
-/// The work that naga alone does with a text.
+/// The part of naga's work to measure.
 #[derive(Clone, Copy, PartialEq)]
 enum Naga {
     /// Parsing and validating.
     Validate,
-    /// And giving overrides their defaults, which clones, rewrites and validates a module that has some once more.
+    /// Parsing, validating and applying the defaults of overrides. A module with overrides is cloned, rewritten and
+    /// validated again.
     Resolve,
 }
 
-/// The distinct texts that are proven.
+/// Returns the distinct shader sources that this crate validates.
 fn distinct_texts(set: &TemplateSet, profiles: &[TargetProfile]) -> BTreeSet<String> {
     let outcome = prove_plain(set, profiles);
     let texts = outcome.templates.iter();
     texts.flat_map(|report| report.variants.iter().filter_map(|variant| report.text(set, variant))).collect()
 }
 
-/// naga alone, on a thread of its own as ours are: a new thread begins with a cold heap.
+/// Runs only naga on shader sources, in a new thread: a new thread begins with a cold heap, as in this crate.
 fn naga_alone(texts: &BTreeSet<String>, profile: &TargetProfile, what: Naga) {
     std::thread::scope(|scope| {
         scope.spawn(|| {
@@ -171,8 +173,8 @@ fn naga_alone(texts: &BTreeSet<String>, profile: &TargetProfile, what: Naga) {
     });
 }
 
-/// Everything around naga, against naga alone on the same distinct texts: one profile, no writers, one thread. The
-/// times of ours, of all of naga that a proof needs, and of parsing and validating alone.
+/// Measures the overhead of this crate over naga on the same distinct shader sources, with one profile and one thread.
+/// Returns the times of this crate, of naga with override resolution, and of naga's parsing and validation.
 fn overhead(name: &str, set: &TemplateSet) -> [Duration; 3] {
     let profiles = [TargetProfile::webgpu()];
     let texts = distinct_texts(set, &profiles);
@@ -186,7 +188,7 @@ fn overhead(name: &str, set: &TemplateSet) -> [Duration; 3] {
     [ours, all, validating]
 }
 
-/// Does the one or the other once, or neither.
+/// Runs this crate or naga once, or neither, as the argument says.
 fn count(what: &str, set: &TemplateSet) {
     let profiles = [TargetProfile::webgpu()];
     let texts = distinct_texts(set, &profiles);
@@ -203,7 +205,7 @@ fn threads(set: &TemplateSet) {
     report("two_threads", "at most 0.625", two, one, "on one thread");
 }
 
-/// Some 10^10 combinations with 9 distinct texts, against 100 ms.
+/// Measures a template with about 10^10 combinations and 9 distinct shader sources, against 100 ms.
 fn wide_space() {
     let text = "{% for i in range(group) %}\nconst G{{ i }} = {{ i }};\n{% endfor %}\n{% if needs %}\n{% if sscs %}\n\
                 const S = 1;\n{% endif %}\nconst N = 1;\n{% endif %}\n@compute @workgroup_size(1) fn main() {}\n";
@@ -227,7 +229,7 @@ fn everything(set: &TemplateSet) {
     report("everything", "at most 1", ours, Duration::from_secs(10), "allowed");
 }
 
-/// One process of the `naga` command per combination, two at a time, against this crate for all of them.
+/// Compares one process of the `naga` command per combination, two at a time, with this crate for all combinations.
 fn processes(set: &TemplateSet) {
     const COMBINATIONS: usize = 384;
     let profiles = [TargetProfile::webgpu()];
@@ -292,7 +294,8 @@ fn validate_file(path: &str) {
     drop(info.expect("the text is valid"));
 }
 
-/// Axes with 384 combinations, of which the template reads three, and `free` more that nothing reads.
+/// Returns axes with 384 combinations, three of which the template reads, and `free` more boolean axes that it never
+/// reads.
 fn synthetic_axes(free: usize) -> String {
     let mut axes = String::from(
         "{ \"axes\": { \"group\": { \"type\": \"integer\", \"min\": 1, \"max\": 3, \"default\": 1 }",
@@ -305,7 +308,7 @@ fn synthetic_axes(free: usize) -> String {
     axes
 }
 
-/// Some 50 KB of WGSL: filters, projections and lights, two thirds of it under features.
+/// Returns about 50 KB of WGSL: filters, projections and lights, two thirds of it inside conditional blocks.
 fn synthetic_template() -> String {
     let mut text = String::from(
         "struct Light { matrix: mat4x4<f32>, color: vec4<f32>, range: f32, bias: f32, kind: u32, layer: i32 }\n\

@@ -15,13 +15,13 @@ use std::time::{Duration, Instant};
 #[path = "measure.rs"]
 mod measure;
 
-/// Time and memory of a process.
+/// The time and the memory that a process took.
 #[derive(Clone, Copy, Default)]
 struct Run {
     wall: Duration,
-    /// The CPU time in seconds.
+    /// The CPU time in seconds; `None` if it could not be read.
     cpu: Option<f64>,
-    /// The largest resident set, in megabytes.
+    /// The largest resident set, in megabytes; `None` if it could not be read.
     memory: Option<u64>,
 }
 
@@ -70,7 +70,7 @@ fn main() {
     println!("ratio proofs/again_to_100ms {:.3}", again.as_secs_f64() / 0.1);
 }
 
-/// Runs a command to its end; what it took, and what it printed.
+/// Runs a command to its end. Returns its time and memory, and its output.
 fn measured(command: &mut Command) -> (Run, String) {
     let start = Instant::now();
     let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("the command");
@@ -91,7 +91,7 @@ fn measured(command: &mut Command) -> (Run, String) {
     (Run { wall, ..watch.join().unwrap_or_default() }, said)
 }
 
-/// The seconds of CPU time that a process has taken, and its largest resident set in megabytes; `None` once it is over.
+/// Returns the CPU time of a process in seconds and its largest resident set in megabytes; `None` if it has ended.
 fn now(id: u32) -> Option<(f64, u64)> {
     let stat = std::fs::read_to_string(format!("/proc/{id}/stat")).ok()?;
     // The second field is a name in parentheses, the fourteenth and fifteenth are hundredths of a second.
@@ -102,7 +102,8 @@ fn now(id: u32) -> Option<(f64, u64)> {
     Some((cpu, peak.trim().parse::<u64>().ok()? / 1000))
 }
 
-/// The distinct texts, and those that naga has parsed: of the last line of an output.
+/// Parses the numbers of distinct shader sources and of those that naga parsed, from the last matching line of an
+/// output.
 fn counts(said: &str) -> [Option<u64>; 2] {
     let line = said
         .lines()

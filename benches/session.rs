@@ -37,7 +37,7 @@ fn main() {
     measure::table(heads, &edited);
 }
 
-/// The time of the first answer, the least of those after edits, and what is aimed at.
+/// Returns a table row: name, time of the first answer, shortest time after edits, target time, and times of the steps.
 fn edits(name: &str, path: &str, text: &str, edit: &dyn Fn(usize) -> String, aim_ms: u64) -> [String; 9] {
     let mut session = Session::new(DiskStorage, umbragraph::registry(), with_templates([]));
     let target = Target::new(path);
@@ -60,13 +60,13 @@ fn edits(name: &str, path: &str, text: &str, edit: &dyn Fn(usize) -> String, aim
     [name, first, time, format!("{aim_ms} ms"), read, composed, checked, typed, planned]
 }
 
-/// Milliseconds with two digits that count.
+/// Formats milliseconds with about two significant digits.
 fn shown(millis: f64) -> String {
     let digits = if millis < 1.0 { 2 } else { usize::from(millis < 10.0) };
     format!("{millis:.digits$} ms")
 }
 
-/// The times of the steps of an answer, each by itself, in milliseconds.
+/// Returns the shortest time of each step of an answer, in milliseconds.
 fn steps(path: &str, text: &str, edit: &dyn Fn(usize) -> String) -> [f64; 5] {
     let mut session = Session::new(DiskStorage, umbragraph::registry(), with_templates([]));
     let (target, profile) = (Target::new(path), TargetProfile::webgpu());
@@ -104,7 +104,7 @@ fn steps(path: &str, text: &str, edit: &dyn Fn(usize) -> String) -> [f64; 5] {
     least
 }
 
-/// A chain of full-screen passes, each of which reads what the one before it wrote.
+/// Returns a chain of full-screen passes, each of which reads the output of the previous one.
 fn chain(count: usize) -> String {
     let (mut resources, mut passes) = (String::new(), String::new());
     for at in 0..count {

@@ -6,34 +6,34 @@ use umbragraph::low_level::compiler::Assembly;
 use umbragraph::low_level::pipeline::{SubresourceRange, TypedPipeline};
 use umbragraph::low_level::source::Sources;
 
-/// A graph by numbers.
+/// A graph whose passes refer to resources by index.
 #[derive(Default)]
 pub(crate) struct Graph {
-    /// The width and height of each resource.
+    /// The width and height of each resource in pixels.
     pub(crate) resources: Vec<[u32; 2]>,
     /// The passes in the order of their declaration.
     pub(crate) passes: Vec<Pass>,
 }
 
-/// A pass by numbers of resources.
+/// A pass with the indices of its resources.
 #[derive(Default)]
 pub(crate) struct Pass {
-    /// The resource that it reads.
+    /// The indices of the resources that the pass reads.
     pub(crate) reads: Vec<usize>,
-    /// The resources that it writes.
+    /// The indices of the resources that the pass writes.
     pub(crate) writes: Vec<usize>,
-    /// The resources that it both reads and writes.
+    /// The indices of the resources that the pass both reads and writes.
     pub(crate) updates: Vec<usize>,
-    /// Whether it says that it runs after the pass before it.
+    /// Set if the pass declares that it runs after the previous pass.
     pub(crate) after_previous: bool,
-    /// Whether it is what the graph is for.
+    /// Set if the pass writes a final output, which keeps it from being culled.
     pub(crate) output: bool,
 }
 
-/// A shape of any number of passes.
+/// A function that makes a graph with the given number of passes.
 pub(crate) type Shape = fn(usize) -> Graph;
 
-/// All shapes by name.
+/// All shapes with their names.
 pub(crate) const SHAPES: [(&str, Shape); 6] = [
     ("chain", chain),
     ("layered", layered),
@@ -43,7 +43,7 @@ pub(crate) const SHAPES: [(&str, Shape); 6] = [
     ("shared", shared),
 ];
 
-/// The pipeline of a graph.
+/// Creates the pipeline of a graph.
 pub(crate) fn pipeline(graph: &Graph) -> (Arc<TypedPipeline>, Sources) {
     let mut assembly = Assembly::new("bench");
     let textures: Vec<_> = graph
@@ -77,18 +77,18 @@ pub(crate) fn pipeline(graph: &Graph) -> (Arc<TypedPipeline>, Sources) {
 
 const SAME: [u32; 2] = [64, 64];
 
-/// Each pass reads what the one before it wrote.
+/// Returns a chain of passes, each of which reads the output of the previous one.
 fn chain(count: usize) -> Graph {
     each_writes(count, |at| at.checked_sub(1).into_iter().collect(), |at| at + 1 == count)
 }
 
-/// A chain in which no two resources have one size.
+/// Returns a chain in which all resources differ in size.
 fn sizes(count: usize) -> Graph {
     let size = |at: usize| [1 + (at % 8_000) as u32, 1 + (at / 8_000) as u32];
     Graph { resources: (0..count).map(size).collect(), ..chain(count) }
 }
 
-/// Layers of ten passes, each of which reads one to three of the layer before.
+/// Returns layers of ten passes, each of which reads one to three outputs of the previous layer.
 fn layered(count: usize) -> Graph {
     let mut random = 0x2545_f491_4f6c_dd1du64;
     let mut next = |below: usize| {
@@ -109,18 +109,18 @@ fn layered(count: usize) -> Graph {
     each_writes(count, reads, |_| true)
 }
 
-/// One pass reads what all others wrote.
+/// Returns passes of which the last one reads the outputs of all others.
 fn fan_in(count: usize) -> Graph {
     let is_last = |at: usize| at + 1 == count;
     each_writes(count, |at| if is_last(at) { (0..at).collect() } else { Vec::new() }, is_last)
 }
 
-/// All passes read one resource.
+/// Returns passes of which all but the first read the output of the first.
 fn shared(count: usize) -> Graph {
     each_writes(count, |at| if at == 0 { Vec::new() } else { vec![0] }, |_| true)
 }
 
-/// Passes that each write a resource of their own.
+/// Returns passes that each write a separate resource.
 fn each_writes(
     count: usize,
     mut reads: impl FnMut(usize) -> Vec<usize>,
@@ -131,7 +131,7 @@ fn each_writes(
     Graph { resources: vec![SAME; count], passes: (0..count).map(&mut pass).collect() }
 }
 
-/// All passes update one resource, one after the other.
+/// Returns passes that update a single resource, one after the other.
 fn writers(count: usize) -> Graph {
     let pass = |at: usize| Pass {
         writes: if at == 0 { vec![0] } else { Vec::new() },

@@ -21,7 +21,7 @@ use naga::back::spv;
 use umbragraph::low_level::shader::ShaderModule;
 use umbragraph_test_support::gpu;
 
-/// Mesa's own name for keeping nothing.
+/// The Mesa environment variable that disables the shader cache.
 const NO_CACHE: &str = "MESA_SHADER_CACHE_DISABLE";
 
 type Settings = &'static [(&'static str, &'static str)];
@@ -40,7 +40,7 @@ const SETTINGS: [(&str, Settings, Settings); 7] = [
     ),
 ];
 
-/// The setting that a process draws.
+/// The environment variable that selects the setting for a child process.
 const ONE: &str = "UMBRAGRAPH_VARIANT";
 
 fn main() {
@@ -61,7 +61,7 @@ fn main() {
     }
 }
 
-/// The first frame of a setting, and then its modules.
+/// Renders the first frame of a setting, then measures its shader modules.
 fn draw((name, features, parameters): (&str, Settings, Settings)) {
     let Some(gpu) = gpu::device() else {
         println!("there is no graphics adapter");
@@ -103,7 +103,7 @@ fn draw((name, features, parameters): (&str, Settings, Settings)) {
     }
 }
 
-/// The time of all threads of this process outside of the kernel.
+/// Returns the user CPU time of all threads of this process in seconds; `None` if it cannot be read.
 fn processor_seconds() -> Option<f64> {
     let text = std::fs::read_to_string("/proc/self/stat").ok()?;
     // The second field is a name in parentheses, the fourteenth hundredths of a second.
@@ -115,14 +115,14 @@ fn ms(time: Duration) -> f64 {
     time.as_secs_f64() * 1e3
 }
 
-/// The distinct modules of a pipeline's passes.
+/// Returns the distinct shader modules of a pipeline's passes.
 fn modules(outcome: &Outcome) -> BTreeMap<[u8; 32], ShaderModule> {
     let programs = &outcome.plan().pipeline.programs;
     let variants = programs.iter().flat_map(|program| &program.variants);
     variants.map(|variant| (variant.module.hash, ShaderModule::clone(&variant.module))).collect()
 }
 
-/// The bytes of a module as SPIR-V, with the constants of its pipeline.
+/// Returns the size in bytes of a module as SPIR-V, with the override constants of its pipeline.
 fn spirv_bytes(module: &ShaderModule) -> usize {
     let parsed = naga::front::wgsl::parse_str(&module.wgsl).expect("WGSL");
     let flags = naga::valid::ValidationFlags::all();

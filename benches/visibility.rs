@@ -96,7 +96,7 @@ fn measure(gpu: &Gpu, filter: &str, first: &str) -> Measured {
     measured
 }
 
-/// The distinct texts of the passes that draw with some templates, transparent surfaces aside.
+/// Returns the distinct shader sources of passes that use the selected templates, except for transparent surfaces.
 fn modules(outcome: &Outcome, is_wanted: &dyn Fn(&str) -> bool) -> BTreeMap<[u8; 32], String> {
     let pipeline = &outcome.plan().pipeline;
     let mut modules = BTreeMap::new();

@@ -28,29 +28,29 @@ use crate::low_level::source::Sources;
 
 pub use super::codes::CAMERA_PATH;
 
-/// The value of `--camera`.
+/// The value of the option `--camera`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum CameraArgument {
-    /// Once around the middle of the scene.
+    /// One orbit around the middle of the scene.
     Orbit,
-    /// Straight on.
+    /// A straight walk forward.
     Walk,
-    /// A random place in every frame, by a seed.
+    /// A random position in every frame, derived from this seed.
     Random(u64),
-    /// Along the keys of a file.
+    /// A path along the keys in this file.
     File(PathBuf),
 }
 
-/// Things that a camera which moves by itself must not run into.
+/// Obstacles that a camera which moves by itself must not run into.
 pub trait Obstacles {
-    /// The nearest place at or straight above `place` with nothing above it.
+    /// Returns the nearest position at or straight above `place` with nothing above it. Coordinates are in metres.
     fn lifted(&self, place: DVec3) -> DVec3;
-    /// The distance that a camera may go from a place along a direction, of `distance` metres.
+    /// Returns how far a camera can move from `from` along `direction`, in metres, at most `distance`.
     fn free(&self, from: DVec3, direction: DVec3, distance: f64) -> f64;
 }
 
 impl CameraArgument {
-    /// Reads the text of an option: a text that is no word is the name of a file.
+    /// Parses the value of the option. A text that is not one of the keywords is the name of a file.
     ///
     /// # Errors
     /// None.
@@ -67,22 +67,22 @@ impl CameraArgument {
     }
 }
 
-/// A path of the camera, with the keys of a file read.
+/// A camera path whose key file, if any, has been read.
 #[derive(Clone, Debug, PartialEq)]
 pub enum CameraPath {
-    /// The camera of the scene.
+    /// The fixed camera of the scene.
     Scene,
-    /// Once around the middle of the scene.
+    /// One orbit around the middle of the scene.
     Orbit,
-    /// Straight on.
+    /// A straight walk forward.
     Walk,
-    /// A random place in every frame, by a seed.
+    /// A random position in every frame, derived from this seed.
     Random(u64),
-    /// Along keys; there is at least one.
+    /// A path along keys; the list has at least one.
     Keys(Vec<Key>),
 }
 
-/// The place of the camera at a time.
+/// The position and target of the camera at one time.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Key {
@@ -90,7 +90,7 @@ pub struct Key {
     pub time: f64,
     /// The place of the camera, in metres.
     pub position: [f64; 3],
-    /// The point that it looks at.
+    /// The point that the camera looks at, in metres.
     pub target: [f64; 3],
 }
 
@@ -101,7 +101,7 @@ struct Keys {
 }
 
 impl CameraPath {
-    /// The path that is asked for.
+    /// Returns the path that an argument of `--camera` selects.
     ///
     /// # Errors
     /// A file that cannot be read, is no camera path, or has values that no camera can use.
@@ -115,7 +115,7 @@ impl CameraPath {
         })
     }
 
-    /// Whether the camera moves by itself, so that something can be in its way.
+    /// Returns `true` if the camera moves by itself, so that an obstacle can be in its way.
     pub fn may_collide(&self) -> bool {
         matches!(self, Self::Orbit | Self::Walk)
     }
@@ -178,7 +178,7 @@ impl CameraPath {
     }
 }
 
-/// Numbers from 0 to 1 that follow from a seed (S. Vigna's splitmix64); each seed has several.
+/// Returns three pseudo-random numbers from 0 to 1 for a seed (S. Vigna's splitmix64); `which` selects one of several.
 fn random(seed: u64, which: u64) -> DVec3 {
     DVec3::from([1, 2, 3].map(|at| {
         let mut bits = seed.wrapping_mul(8).wrapping_add(3 * which + at).wrapping_mul(0x9e37_79b9_7f4a_7c15);
@@ -189,8 +189,8 @@ fn random(seed: u64, which: u64) -> DVec3 {
 }
 
 impl Key {
-    /// The rotation from camera space to the world; `None` if position and target coincide, or the camera looks
-    /// straight up or down.
+    /// Returns the rotation from camera space to world space. `None` if position and target coincide, or the camera
+    /// looks straight up or down.
     pub fn rotation(&self) -> Option<DQuat> {
         let back = (DVec3::from(self.position) - DVec3::from(self.target)).try_normalize()?;
         let right = DVec3::Y.cross(back).try_normalize()?;

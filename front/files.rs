@@ -15,15 +15,15 @@ use crate::low_level::compose::read_bytes;
 
 pub use super::codes::FILE_UNWRITABLE;
 
-/// The temporary files that are being written.
+/// The paths of temporary files that are still being written.
 static UNFINISHED: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
 
-/// Writes a file: to a temporary one beside it, which is then renamed, so that no half file is ever left. A link stays
-/// one, and its target is written; permissions stay as they are. A place that is no plain file, such as a device, is
-/// written directly.
+/// Replaces a file atomically: writes a temporary file beside it, then renames that. A symbolic link stays a link, and
+/// its target is replaced; permissions are kept. A path that is not a plain file, such as a device, is written
+/// directly.
 ///
 /// # Errors
-/// A folder that is not there or cannot be written to; a file that was there is as it was.
+/// A folder that does not exist or is not writable. An existing file is left unchanged.
 pub fn replace(path: &Path, contents: impl AsRef<[u8]>) -> Result<(), Diagnostic> {
     let failed = |error: std::io::Error| unwritable(path, &error);
     if path.metadata().is_ok_and(|known| !known.is_file()) {
@@ -38,10 +38,10 @@ fn write_and_close(mut file: File, contents: &[u8]) -> std::io::Result<()> {
     file.write_all(contents)
 }
 
-/// Writes a text over a known one. Its byte order mark stays.
+/// Replaces the contents of a text file if they are still `known`. A byte order mark is kept.
 ///
 /// # Errors
-/// A file that has another text by now, or cannot be written.
+/// A file whose text is no longer `known`, or that cannot be written.
 pub fn replace_if(path: &Path, known: &str, text: &str) -> Result<(), Diagnostic> {
     let present =
         read_bytes(path, u64::MAX - 1).map_err(|error| unwritable(path, &error))?.unwrap_or_default();
@@ -55,23 +55,23 @@ pub fn replace_if(path: &Path, known: &str, text: &str) -> Result<(), Diagnostic
     replace(path, format!("{mark}{text}"))
 }
 
-/// A file under construction: one beside it, which takes its place once it is whole.
+/// A file under construction: a temporary file beside the final path, renamed to that path once it is complete.
 #[derive(Debug)]
 pub struct Unfinished {
-    /// The path as it was requested.
+    /// The final path, as the caller gave it.
     path: PathBuf,
-    /// The path itself, or the target of its link.
+    /// The final path with a symbolic link resolved.
     place: PathBuf,
     temporary: PathBuf,
-    /// The permissions of the file that it replaces; `None` for a new one.
+    /// The permissions of the file to be replaced; `None` for a new file.
     permissions: Option<Permissions>,
 }
 
 impl Unfinished {
-    /// Begins a file.
+    /// Creates the temporary file.
     ///
     /// # Errors
-    /// A folder that is not there or cannot be written to.
+    /// A folder that does not exist or is not writable.
     pub fn create(path: &Path) -> Result<(Self, File), Diagnostic> {
         let failed = |error: std::io::Error| unwritable(path, &error);
         let permissions = path.metadata().ok().map(|known| known.permissions());
@@ -86,15 +86,15 @@ impl Unfinished {
         Ok((unfinished, file))
     }
 
-    /// The path of the file.
+    /// The path of the temporary file.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Puts the file in its place.
+    /// Renames the temporary file to the final path.
     ///
     /// # Errors
-    /// A place that cannot be written to.
+    /// A final path that is not writable.
     pub fn finish(mut self) -> Result<(), Diagnostic> {
         let permissions = self.permissions.take();
         permissions
@@ -116,7 +116,7 @@ fn list() -> MutexGuard<'static, BTreeSet<PathBuf>> {
     UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Removes the files that are not whole yet, and calls `end`. Until it returns no other thread begins a file.
+/// Removes all unfinished temporary files and calls `end`. No other thread can begin a file until this returns.
 pub fn give_up<T>(end: impl FnOnce() -> T) -> T {
     let unfinished = list();
     for file in unfinished.iter() {

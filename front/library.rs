@@ -17,11 +17,11 @@ use crate::low_level::pipeline::ParameterFile;
 use crate::low_level::shader::{TEMPLATE_ENDS, TargetProfile};
 use crate::node::{Node, NodeKind, Registry};
 
-/// The surroundings that pipelines are loaded with: node kinds, templates, the host's mesh layouts, and the target
+/// The environment that pipelines are loaded with: node kinds, templates, layouts of the host's meshes, and the target
 /// profile.
 ///
-/// Loads share a [`Session`]: what one has read, and the shader modules that it has proven, serve all others of the
-/// same library.
+/// Loads share a [`Session`]: files that one load has read, and shader modules that it has validated, are reused by all
+/// other loads of the same library.
 ///
 /// ```
 /// # use umbragraph::{Library, Options};
@@ -38,7 +38,7 @@ pub struct Library {
     folders: Vec<PathBuf>,
     texts: Vec<(String, Arc<str>)>,
     roots: Vec<PathBuf>,
-    /// Begun by the first load.
+    /// The session; `None` until the first load.
     session: Arc<Mutex<Option<Session>>>,
 }
 
@@ -49,7 +49,8 @@ impl Default for Library {
 }
 
 impl Library {
-    /// The node kinds and templates that come with this crate, for devices with what WebGPU promises.
+    /// Creates a library with the node kinds and templates of this crate, for devices with the features and limits that
+    /// WebGPU guarantees.
     pub fn new() -> Self {
         Self {
             registry: crate::registry(),
@@ -61,67 +62,68 @@ impl Library {
         }
     }
 
-    /// The templates of a folder besides, those in folders of it included; one replaces another of its name.
+    /// Adds the shader templates in a folder and its subfolders. A template replaces a bundled one of the same name.
     #[must_use]
     pub fn templates(mut self, folder: impl Into<PathBuf>) -> Self {
         self.folders.push(folder.into());
         self.again()
     }
 
-    /// A template, or the axes of one, from a text.
+    /// Adds a template from its text, or a file of axes for a template.
     #[must_use]
     pub fn template(mut self, name: impl Into<String>, text: impl Into<Arc<str>>) -> Self {
         self.texts.push((name.into(), text.into()));
         self.again()
     }
 
-    /// Declares the layout of the host's meshes of a geometry. Shaders are compared with it when a pipeline is planned.
+    /// Declares the layout of the host's meshes for a geometry contract. Planning a pipeline checks shaders against
+    /// this layout.
     #[must_use]
     pub fn host(mut self, geometry: impl Into<String>, interface: HostInterface) -> Self {
         self.registry.host(geometry, interface);
         self.again()
     }
 
-    /// A node kind of your own.
+    /// Registers a custom node kind.
     #[must_use]
     pub fn register<N: Node>(mut self) -> Self {
         self.registry.register::<N>();
         self.again()
     }
 
-    /// A node kind of your own that is an object, with values of its own.
+    /// Registers a custom node kind that is an object with state of its own.
     #[must_use]
     pub fn register_kind(mut self, kind: impl NodeKind + 'static) -> Self {
         self.registry.register_kind(kind);
         self.again()
     }
 
-    /// Sets the features and limits that shaders and plans may rely on, in place of what WebGPU promises.
+    /// Sets the features and limits that shaders and plans may rely on. The default is what WebGPU guarantees.
     #[must_use]
     pub fn profile(mut self, profile: TargetProfile) -> Self {
         self.profile = profile;
         self.again()
     }
 
-    /// A folder below which documents may name files, besides the working folder and their own.
+    /// Adds a folder below which documents may name files, besides the working folder and the documents' own folders.
     #[must_use]
     pub fn root(mut self, folder: impl Into<PathBuf>) -> Self {
         self.roots.push(folder.into());
         self.again()
     }
 
-    /// Shares nothing with the library that it was before.
+    /// Returns this library without the session that it shared.
     fn again(mut self) -> Self {
         self.session = Arc::default();
         self
     }
 
-    /// Loads a pipeline file, with the files that it extends, includes and uses; one that comes with this crate is
-    /// `umbragraph:nebula.json`.
+    /// Loads a pipeline file, with the files that it extends, includes and uses. Pipelines of this crate have names
+    /// such as `umbragraph:nebula.json`.
     ///
     /// # Errors
-    /// Files that cannot be read, texts that are no JSON, templates that cannot be parsed. What depends on parameters
-    /// and features is checked by [`Pipeline::plan`].
+    /// Files that cannot be read, texts that are not JSON, templates that cannot be parsed. Errors that depend on
+    /// parameters and features are reported by [`Pipeline::plan`].
     pub fn load(&self, path: impl AsRef<Path>) -> Result<Pipeline, Error> {
         let target = Target::new(path.as_ref());
         self.with_session(|session| {
@@ -130,8 +132,8 @@ impl Library {
         })
     }
 
-    /// Loads a pipeline from a text. What it names is relative to its name, which is that of a file that need not
-    /// exist.
+    /// Loads a pipeline from the text of its document. `name` stands for the document's path, which need not exist;
+    /// paths in the document are relative to this path.
     ///
     /// # Errors
     /// As of [`Library::load`].
@@ -169,7 +171,7 @@ impl Library {
         session
     }
 
-    /// The templates of the folders and texts, with the folders that cannot be read.
+    /// Returns the templates of the added folders and texts, and a diagnostic for each folder that cannot be read.
     fn own_templates(&self) -> (Vec<Template>, Vec<Diagnostic>) {
         let mut roots = Roots::default();
         let mut unreadable = Vec::new();
@@ -197,19 +199,19 @@ impl Library {
 /// The parts that a [`Watcher`](crate::Watcher) needs.
 #[cfg(feature = "watch")]
 impl Library {
-    /// The folders of templates.
+    /// The template folders.
     pub(super) fn folders(&self) -> &[PathBuf] {
         &self.folders
     }
 
-    /// The files of a pipeline on the disk, those that were looked for among them.
+    /// Returns the paths on disk of a pipeline's files, including files that were looked for but do not exist.
     pub(super) fn paths_of(&self, target: &Target) -> Vec<PathBuf> {
         let loaded = self.with_session(|session| session.load(target));
         let on_disk = |path: &&Path| !crate::Bundled::<()>::has(path);
         loaded.iter().flat_map(|loaded| loaded.paths().filter(on_disk).map(Path::to_path_buf)).collect()
     }
 
-    /// Reads all files again. Where nothing but comments differs from `running`, it is that.
+    /// Reads all files of a pipeline again. Returns `running` if they differ from it only in comments.
     pub(super) fn read_again(
         &self,
         target: &Target,

@@ -8,8 +8,8 @@ use serde_json::Value;
 use crate::low_level::compiler::{ImportDescriptor, Objective, PlanOptions};
 
 /// The inputs of a plan: the size of the picture, values of parameters and features, and descriptors of the host's own
-/// textures. A name that the pipeline does not have, or a value of a wrong type, is an error of
-/// [`Pipeline::plan`](crate::Pipeline::plan) that says where in your code it was set.
+/// textures. Unknown names and values of a wrong type are errors of [`Pipeline::plan`](crate::Pipeline::plan). Such
+/// errors name the place in your code that set the value.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Options {
@@ -20,7 +20,7 @@ pub struct Options {
     pub(super) exposed: BTreeSet<String>,
 }
 
-/// A name with a value, and the place in the host's code that gives it.
+/// A name with a value, and the place in the host's code that sets them.
 #[derive(Clone, Debug)]
 pub(super) struct Given {
     pub(super) name: String,
@@ -29,15 +29,15 @@ pub(super) struct Given {
 }
 
 impl PartialEq for Given {
-    /// Whether both give the same, wherever.
+    /// Returns `true` if names and values are equal, wherever they were set.
     fn eq(&self, other: &Self) -> bool {
         (&self.name, &self.value) == (&other.name, &other.value)
     }
 }
 
-/// A value of a parameter or a feature: a number, a boolean, a word, a list of numbers.
+/// A value of a parameter or a feature: a number, a boolean, a keyword, or a list of numbers.
 pub trait Setting {
-    /// The value as JSON; `null` for a number that JSON does not have, which no parameter takes.
+    /// Returns the value as JSON. A number that JSON cannot express gives `null`, which no parameter accepts.
     fn value(&self) -> Value;
 }
 
@@ -89,8 +89,8 @@ impl<T: Setting + ?Sized> Setting for &T {
     }
 }
 
-/// The number with the fewest decimal places that is this one in 32 bits: 0.1, and not 0.10000000149, which a range up
-/// to 0.1 does not have.
+/// Returns the number with the fewest decimal places that rounds to this 32-bit number: 0.1, not 0.10000000149, which
+/// would lie outside a range up to 0.1.
 fn decimal(number: f32) -> f64 {
     let exact = f64::from(number);
     let rounded = |places: i32| {
@@ -103,7 +103,7 @@ fn decimal(number: f32) -> f64 {
 }
 
 impl Options {
-    /// A picture of a width and a height in texels, with the values that the pipeline says.
+    /// Creates options for a picture of this width and height in texels, with the pipeline's default values.
     pub fn new(width: u32, height: u32) -> Self {
         Self {
             plan: PlanOptions::new(width, height),
@@ -131,7 +131,7 @@ impl Options {
         self
     }
 
-    /// Sets a feature: on or off, or a word.
+    /// Sets a feature: to a boolean, or to a keyword.
     #[must_use]
     #[track_caller]
     pub fn feature(mut self, feature: impl Into<String>, value: impl Setting) -> Self {
@@ -140,13 +140,13 @@ impl Options {
         self
     }
 
-    /// All given values in the order of the numbers by which a load knows them: the preset first.
+    /// Returns all given values, the preset first, in the order of the indices that loading assigns to them.
     pub(super) fn given(&self) -> impl Iterator<Item = &Given> {
         self.preset.iter().chain(&self.parameters).chain(&self.features)
     }
 
     /// Exposes a texture or buffer, so that the host can read it between frames (`Executor::texture`,
-    /// `Executor::buffer`). It then shares memory with no other, as if the pipeline declared it `exposed`.
+    /// `Executor::buffer`). An exposed resource shares memory with no other, as if the pipeline declared it `exposed`.
     #[must_use]
     pub fn expose(mut self, resource: impl Into<String>) -> Self {
         self.exposed.insert(resource.into());
@@ -160,7 +160,8 @@ impl Options {
         self
     }
 
-    /// For textures of the application's own, or parts of them: the list that frames get (`Frame::imports`).
+    /// Sets the descriptors of imports from the host's textures, or parts of them: the same list as for
+    /// `Frame::imports`.
     #[cfg(feature = "gpu")]
     #[must_use]
     pub fn imports<'a>(mut self, imports: impl Into<crate::executor::FrameImports<'a>>) -> Self {
@@ -170,14 +171,14 @@ impl Options {
         self
     }
 
-    /// Sets the sizes that CPU passes want (`Executor::wanted_sizes`).
+    /// Sets the data sizes that CPU passes request, in place of the planned ones (`Executor::wanted_sizes`).
     #[must_use]
     pub fn data_sizes(mut self, sizes: BTreeMap<String, u32>) -> Self {
         self.plan.data_sizes = sizes;
         self
     }
 
-    /// Whether transient resources may share memory; they may without it.
+    /// Sets whether transient resources may share memory; the default is `true`.
     #[must_use]
     pub fn aliasing(mut self, may: bool) -> Self {
         self.plan.aliasing = may;

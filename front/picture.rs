@@ -9,11 +9,11 @@ use crate::diagnostic::{Diagnostic, Place, codes};
 use crate::low_level::language::Lifetime;
 use crate::wgpu_types::{TextureFormat, TextureSampleType};
 
-/// The name of the picture: the imported texture that passes write, or "target" among several. Textures in `captures`
-/// do not count.
+/// Returns the name of the imported texture that passes write as the final picture. Among several, the one called
+/// "target" counts; textures in `captures` do not count.
 ///
 /// # Errors
-/// No such texture, or one whose format, size, layers or samples are not those of a picture on a screen.
+/// No such texture, or one whose format, size, layer count or sample count does not fit a picture on a screen.
 pub fn picture_of<'a>(plan: &'a Plan, captures: &[String]) -> Result<&'a str, Diagnostic> {
     let name = colors_of(plan, captures)?;
     let resource = &plan.resources[name];
@@ -28,15 +28,15 @@ pub fn picture_of<'a>(plan: &'a Plan, captures: &[String]) -> Result<&'a str, Di
     }
 }
 
-/// Whether the bytes of a format are those of a picture file.
+/// Returns `true` for `rgba8unorm` and `rgba8unorm-srgb`, the formats of a picture on a screen.
 pub fn is_of_screen(format: TextureFormat) -> bool {
     matches!(format, TextureFormat::Rgba8Unorm | TextureFormat::Rgba8UnormSrgb)
 }
 
-/// The name of the picture, in any format of colors.
+/// Returns the name of the final picture as [`picture_of`] does, in any color format.
 ///
 /// # Errors
-/// No such texture, or one of depth, integers or another size than the viewport's.
+/// No such texture, or one of depth, of integers, or of another size than the viewport.
 pub fn colors_of<'a>(plan: &'a Plan, captures: &[String]) -> Result<&'a str, Diagnostic> {
     let is_written = |handle| plan.passes.iter().any(|pass| plan.writes(pass.handle, handle));
     let written: Vec<&str> = plan

@@ -16,8 +16,8 @@ use crate::low_level::pipeline::{Override, Overrides, ParameterFile, of_preset};
 use crate::low_level::shader::TargetProfile;
 use crate::low_level::source::{Sources, Span};
 
-/// A pipeline as it was loaded, to be planned for sizes, parameters and features. Planning again parses nothing; where
-/// nothing but sizes differs from a plan before, the rest of that is taken over. Clones are the same pipeline.
+/// A loaded pipeline, to be planned for sizes, parameters and features. Planning again parses nothing; if only sizes
+/// differ from an earlier plan, the rest of that plan is reused. Clones are the same pipeline.
 #[derive(Clone)]
 pub struct Pipeline {
     loaded: Loaded,
@@ -27,23 +27,23 @@ pub struct Pipeline {
 }
 
 impl Pipeline {
-    /// A loaded pipeline; `None` if the files are no valid document.
+    /// Creates a pipeline from loaded files; `None` if they form no valid document.
     pub(super) fn new(loaded: Loaded, profile: TargetProfile, findings: Diagnostics) -> Option<Self> {
         let composed = loaded.composed()?.clone();
         Some(Self { loaded, composed, profile, findings: Arc::new(findings) })
     }
 
-    /// Plans a frame. Everything is checked that can be known without a device: values, shaders, formats, what the host
-    /// stores.
+    /// Plans a frame. Checks everything that can be known without a device: values, shaders, formats, and the layout of
+    /// the host's meshes.
     ///
     /// # Errors
-    /// Every finding, if one of them is an error.
+    /// All diagnostics, if at least one of them is an error.
     pub fn plan(&self, options: &Options) -> Result<Arc<Plan>, Error> {
         self.plan_over(options, &[]).map_err(|findings| Error::new(findings, self.sources()))
     }
 
-    /// Plans a frame with the values of parameter files, which the options override. Diagnostics are placed in the
-    /// texts of the session that loaded the pipeline.
+    /// Plans a frame with the values of parameter files, which the options override. Diagnostics refer to the sources
+    /// of the session that loaded the pipeline.
     pub(super) fn plan_over(
         &self,
         options: &Options,
@@ -63,13 +63,13 @@ impl Pipeline {
         }
     }
 
-    /// Whether it is of a load.
+    /// Returns `true` if the pipeline was created from this load.
     #[cfg(feature = "watch")]
     pub(super) fn is_of(&self, loaded: &Loaded) -> bool {
         self.loaded == *loaded
     }
 
-    /// Warnings and notes about what was loaded.
+    /// The warnings and notes of loading.
     pub fn findings(&self) -> &Diagnostics {
         &self.findings
     }
@@ -79,14 +79,14 @@ impl Pipeline {
         &self.composed.document
     }
 
-    /// The texts that it was composed of, and those of templates.
+    /// The texts of all documents and templates of the pipeline.
     pub fn sources(&self) -> &Sources {
         self.loaded.sources()
     }
 }
 
 impl PartialEq for Pipeline {
-    /// Whether both are of one load.
+    /// Returns `true` if both pipelines come from the same load.
     fn eq(&self, other: &Self) -> bool {
         self.loaded == other.loaded
     }
@@ -100,7 +100,7 @@ impl fmt::Debug for Pipeline {
 }
 
 impl Pipeline {
-    /// The values that options give, at places known by their numbers.
+    /// Returns the values that the options set.
     fn overrides(&self, options: &Options, files: &[ParameterFile], findings: &mut Diagnostics) -> Overrides {
         let mut numbers = 0..;
         let mut place = || Span::of_host(numbers.next().unwrap_or_default());
@@ -124,7 +124,7 @@ impl Pipeline {
     }
 }
 
-/// A diagnostic about an option, at the place of the host's code that sets it.
+/// Moves a diagnostic about an option to the place in the host's code that sets the option.
 fn in_code(mut diagnostic: Diagnostic, options: &Options) -> Diagnostic {
     let given = |span: Span| options.given().nth(span.host_number()? as usize);
     if let Some(Given { at, .. }) = diagnostic.span().and_then(given) {

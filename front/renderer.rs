@@ -7,22 +7,22 @@ use crate::front::{Options, Pipeline};
 use crate::low_level::compiler::ImportDescriptor;
 use crate::{Error, Executor, Frame, Plan, wgpu};
 
-/// Records frames of a pipeline, and plans it anew where something is other than in the frame before: the pipeline (as
-/// when its file was loaded again), the options, the format, the size or the usages of the host's textures.
+/// Records frames of a pipeline, and plans again when an input differs from the frame before. Such inputs are the
+/// pipeline (as after a reload), the options, and the format, size or usages of the host's textures.
 ///
-/// In a frame in which nothing is, this is [`Executor::record`]. An application that wants to say itself when it plans,
-/// or to plan off its thread ([`Executor::preparer`]), has an executor of its own instead.
+/// While no input changes, recording is [`Executor::record`]. An application that controls when it plans, or that plans
+/// on another thread ([`Executor::preparer`]), uses an executor of its own.
 pub struct Renderer {
     device: wgpu::Device,
     queue: wgpu::Queue,
     executor: Option<Executor>,
     made_of: Option<MadeOf>,
-    /// Whether meshes may be stored otherwise than the draw source said.
+    /// Whether the draw source may declare other mesh layouts than before.
     #[cfg(feature = "watch")]
     pub(super) has_new_source: bool,
 }
 
-/// The inputs of the last plan, whether planning succeeded or not.
+/// The inputs of the last attempt to plan, whether or not it succeeded.
 struct MadeOf {
     pipeline: Pipeline,
     options: Options,
@@ -30,7 +30,7 @@ struct MadeOf {
 }
 
 impl Renderer {
-    /// A renderer on a device, with nothing made yet.
+    /// Creates a renderer on a device, without a plan.
     pub fn new(device: &wgpu::Device, queue: &wgpu::Queue) -> Self {
         Self {
             device: device.clone(),
@@ -45,8 +45,8 @@ impl Renderer {
     /// Records a frame into an encoder.
     ///
     /// # Errors
-    /// As of [`Pipeline::plan`], [`Executor::new`] and [`Executor::record`]. What cannot be planned or made is said
-    /// once; until something changes, the plan before goes on, and nothing is recorded where there is none.
+    /// The errors of [`Pipeline::plan`], [`Executor::new`] and [`Executor::record`]. A failure to plan is reported
+    /// once. Until an input changes, the previous plan is used; without one, nothing is recorded.
     pub fn record(
         &mut self,
         pipeline: &Pipeline,
@@ -67,7 +67,7 @@ impl Renderer {
         self.executor.as_mut().map_or(Ok(()), |executor| executor.record(encoder, frame))
     }
 
-    /// Installs a plan, with meshes stored as the frame's draw source declares.
+    /// Installs a plan, with the mesh layouts that the frame's draw source declares.
     pub(super) fn install(&mut self, plan: Arc<Plan>, frame: &Frame<'_>) -> Result<(), Error> {
         match (&mut self.executor, frame.draws) {
             (Some(executor), Some(draws)) => executor.set_plan_and_source(plan, draws),
@@ -79,7 +79,7 @@ impl Renderer {
         }
     }
 
-    /// The executor, once there was a frame: for live parameters, times, exposed resources.
+    /// Returns the executor, for live parameters, times and exposed resources; `None` before the first planned frame.
     pub fn executor(&mut self) -> Option<&mut Executor> {
         self.executor.as_mut()
     }

@@ -14,10 +14,10 @@ use crate::executor::Texels;
 use crate::low_level::language::TextureShape;
 use crate::wgpu;
 
-/// The gap between layers, in texels.
+/// The gap between the layers of a texture on a sheet, in texels.
 const GAP: u32 = 2;
 
-/// A picture of linear numbers, row by row from the top.
+/// A picture of linear values whose layers lie side by side, row by row from the top.
 #[derive(Clone, Debug)]
 pub struct Sheet {
     /// The width, in texels.
@@ -26,27 +26,27 @@ pub struct Sheet {
     pub height: u32,
     /// The number of channels, from 1 to 4.
     pub channels: usize,
-    /// The numbers; black in gaps.
+    /// The channel values of each pixel; black in gaps.
     pub values: Vec<[f32; 4]>,
-    /// Whether each pixel is a texel, not a gap.
+    /// For each pixel: `true` for a texel, `false` for a gap.
     is_texel: Vec<bool>,
 }
 
-/// The kind of the numbers in texels, and their shape.
+/// The kind of values in a texture's texels, and the arrangement of its layers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Content {
-    /// Whether it is depth.
+    /// Whether the values are depth.
     pub is_depth: bool,
-    /// Whether 8-bit numbers are shown as they are stored.
+    /// Whether the values are 8-bit normalised numbers, shown as they are stored.
     pub is_unorm8: bool,
-    /// Whether the numbers are integers.
+    /// Whether the values are integers.
     pub is_integer: bool,
     /// Whether six layers are the faces of a cube.
     pub is_cube: bool,
 }
 
 impl Content {
-    /// The content of a texture of a plan; `None` for other resources.
+    /// Returns the content of a texture of a plan; `None` for other resources.
     pub fn of(plan: &Plan, name: &str) -> Option<Self> {
         use wgpu::TextureFormat as Format;
         let resource = plan.resources.get(name)?;
@@ -68,13 +68,13 @@ impl Content {
     }
 }
 
-/// Whether a resource of a plan is a texture of three dimensions.
+/// Returns `true` if a resource of a plan is a three-dimensional texture.
 pub fn is_volume(plan: &Plan, name: &str) -> bool {
     let declared = plan.resources.get(name).and_then(|one| plan.pipeline.resource(one.handle).texture());
     declared.is_some_and(|texture| texture.view_dimension == Some(TextureShape::D3))
 }
 
-/// The layers of texels (or one of them) side by side.
+/// Arranges all layers of a texture side by side, or one layer if `layer` is given.
 pub fn sheet(texels: &Texels, content: Content, layer: Option<u32>) -> Sheet {
     let layers: Vec<u32> = layer.map_or_else(|| (0..texels.layers).collect(), |layer| vec![layer]);
     let count = layers.len() as u32;
@@ -103,17 +103,17 @@ pub fn sheet(texels: &Texels, content: Content, layer: Option<u32>) -> Sheet {
     Sheet { width, height, channels: texels.channels, values, is_texel }
 }
 
-/// The range of a channel that is shown from black to white.
+/// The range of channel values that is shown from black to white.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Range {
-    /// The number that is black.
+    /// The value shown as black.
     pub min: f32,
-    /// The number that is white.
+    /// The value shown as white.
     pub max: f32,
 }
 
 impl Sheet {
-    /// The ranges of the channels; none where all are shown as they are.
+    /// Returns the range of each channel; empty if values are shown as they are.
     pub fn ranges(&self, content: Content) -> Vec<Range> {
         let sorted: Vec<Vec<f32>> = (0..self.channels).map(|channel| self.sorted(channel, content)).collect();
         let fits = |values: &Vec<f32>| {
@@ -141,7 +141,7 @@ impl Sheet {
         }
     }
 
-    /// The finite values of a channel that count for its range.
+    /// Returns the finite values of a channel that count for its range, in ascending order.
     fn sorted(&self, channel: usize, content: Content) -> Vec<f32> {
         let shown = self.values.iter().zip(&self.is_texel).filter(|(_, is_texel)| **is_texel);
         let values = shown.map(|(value, _)| value[channel]).filter(|value| value.is_finite());
@@ -151,7 +151,7 @@ impl Sheet {
         values
     }
 
-    /// The picture, 8 bits a channel.
+    /// Converts the sheet to a picture with 8 bits per channel.
     pub fn rgba(&self, content: Content, ranges: &[Range]) -> Vec<u8> {
         let byte = |value: f32| (value.clamp(0.0, 1.0) * 255.0 + 0.5) as u8;
         self.values
@@ -178,7 +178,7 @@ impl Sheet {
     }
 }
 
-/// The transfer function of sRGB.
+/// Returns the sRGB-encoded value of a linear number.
 fn encoded(linear: f32) -> f32 {
     if linear <= 0.003_130_8 { linear * 12.92 } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
 }

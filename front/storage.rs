@@ -9,7 +9,7 @@ use crate::diagnostic::Diagnostic;
 use crate::low_level::compose::{Disk, Files as _, Named, Roots, Unreachable, find_below, normalize};
 use crate::low_level::source::{FileId, Sources};
 
-/// The files of a disk, and those that come with this crate.
+/// Access to files on disk and to the bundled files of this crate.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct DiskStorage;
 
@@ -48,7 +48,7 @@ impl Storage for DiskStorage {
     }
 }
 
-/// The templates that come with this crate, after others of one's own.
+/// Returns the given templates, followed by the bundled templates of this crate.
 pub fn with_templates(own: impl IntoIterator<Item = Template>) -> Vec<Template> {
     let library = umbragraph_shaders_templates::FILES.iter().map(|(name, text)| Template {
         name: (*name).to_owned(),

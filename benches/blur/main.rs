@@ -28,7 +28,7 @@ const FORMATS: [(&str, &str); 4] = [
 
 const SHARED: (&str, &str) = ("gaussian_blur.wgsl.jinja", include_str!("shared.wgsl.jinja"));
 
-/// Something that differs from texel to texel.
+/// A template that fills a texture with a value that differs from texel to texel.
 const PAINT: [(&str, &str); 2] = [
     (
         "paint.wgsl.jinja",
@@ -68,7 +68,7 @@ fn main() {
     }
 }
 
-/// A blur in one of its forms.
+/// One implementation of the blur, with its result texture.
 struct Form {
     executor: Executor,
     result: wgpu::Texture,
@@ -105,7 +105,7 @@ impl Form {
         Self { executor: executor(gpu, outcome.plan(), None), result }
     }
 
-    /// Milliseconds from submission to the end.
+    /// Renders a frame and returns the time from submission to completion, in milliseconds.
     fn frame(&mut self, gpu: &Gpu) -> f64 {
         let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let imports = &[("soft", &self.result)];
@@ -117,7 +117,7 @@ impl Form {
     }
 }
 
-/// Holds two textures to be the same within 1e-6; of 16 bits within the last.
+/// Asserts that two textures are equal within 1e-6, or within 1e-3 for 16-bit floats.
 fn same(gpu: &Gpu, textures: &[wgpu::Texture; 2]) {
     let [plain, shared] = textures
         .each_ref()

@@ -135,7 +135,7 @@ fn compare(
     [name.to_owned(), drawn.to_string(), shown(median(ours)), shown(median(theirs)), format!("{ratio:.2}")]
 }
 
-/// The time to record a frame, which is drawn then.
+/// Returns the time to record a frame, which is then submitted.
 fn timed(gpu: &Gpu, record: impl FnOnce(&mut wgpu::CommandEncoder)) -> Duration {
     let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
     let start = Instant::now();
@@ -151,7 +151,7 @@ fn median(mut times: Vec<Duration>) -> Duration {
     times[times.len() / 2]
 }
 
-/// The log-log slope of the time to record pipelines of passes that do next to nothing.
+/// Measures the time to record pipelines of many minimal passes. Returns a text with the log-log slope.
 fn passes(gpu: &Gpu) -> String {
     let mut points = Vec::new();
     for count in [10_usize, 100, 1_000] {
@@ -182,7 +182,7 @@ fn passes(gpu: &Gpu) -> String {
     format!("{slope:.2}")
 }
 
-/// Boxes on a floor, each a draw of its own, culled against the view.
+/// A scene of boxes on a floor, each with its own draw call, culled against the view.
 struct Boxes {
     interface: HostInterface,
     streams: [wgpu::Buffer; 3],

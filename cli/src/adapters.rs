@@ -18,31 +18,31 @@ use crate::device;
 use crate::session::Session;
 use crate::streams::{complain, print, print_json};
 
-/// The pipelines that are planned.
+/// The bundled pipelines that are planned on each adapter.
 const SYSTEMS: [&str; 6] = ["mantis", "nebula", "caracal", "lore", "awsm", "umbra"];
 
-/// An adapter in words.
+/// The description of a graphics adapter.
 struct Described {
     name: String,
     kind: String,
     driver: String,
-    /// The parts of WebGPU's core mode that it lacks.
+    /// The parts of WebGPU's core mode that the adapter lacks.
     lacking: Vec<&'static str>,
-    /// The reason for which it gives no device, and so draws nothing.
+    /// The reason why the adapter provides no device; `None` if it provides one.
     no_device: Option<String>,
     systems: Vec<System>,
 }
 
-/// A pipeline on an adapter.
+/// The result of planning a pipeline on an adapter.
 struct System {
     name: &'static str,
-    /// The features that are off because of the adapter.
+    /// The names of features that are off because the adapter lacks support.
     without: Vec<String>,
-    /// The first error.
+    /// The message of the first error; `None` if the pipeline can be planned.
     error: Option<String>,
 }
 
-/// Prints the adapters; whether there is one.
+/// Prints the adapters. Returns `true` if the machine has at least one.
 pub(crate) fn run(arguments: &AdaptersArguments) -> bool {
     let adapters = match device::all() {
         Ok(adapters) => adapters,

@@ -15,10 +15,10 @@ use crate::streams::complain;
 
 /// The maximum number of annotations of each severity.
 const MAX: usize = 10;
-/// The maximum bytes of the diagnostics in a summary; GitHub drops one of more than a mebibyte.
+/// The maximum size in bytes of the diagnostics in a summary; GitHub drops a summary of more than a mebibyte.
 const MAX_SUMMARY: usize = 500_000;
 
-/// The annotations, and the diagnostics beyond them.
+/// Returns the diagnostics as GitHub annotations, and those beyond the maximum as plain text.
 pub(crate) fn lines(diagnostics: &Diagnostics, sources: &Sources) -> String {
     let mut text = String::new();
     let mut others: Vec<&Diagnostic> = Vec::new();
@@ -41,7 +41,7 @@ pub(crate) fn lines(diagnostics: &Diagnostics, sources: &Sources) -> String {
     text
 }
 
-/// The summary of a step: what a command says of its pipelines, and all diagnostics.
+/// Returns the Markdown summary of a workflow step: the command's output about its pipelines, and all diagnostics.
 pub(crate) fn summary(diagnostics: &Diagnostics, sources: &Sources, text: &str) -> String {
     let of = |severity| diagnostics.iter().filter(move |one| one.severity == severity);
     let errors = of(Severity::Error).count();
@@ -75,7 +75,7 @@ pub(crate) fn summary(diagnostics: &Diagnostics, sources: &Sources, text: &str) 
     out
 }
 
-/// Adds a summary to the file that GitHub names; nothing where there is none.
+/// Appends a summary to the file that `GITHUB_STEP_SUMMARY` names; does nothing if the variable is not set.
 pub(crate) fn add_summary(summary: &str) {
     // Of a run without annotations there is none.
     if summary.is_empty() {
@@ -104,7 +104,7 @@ fn place(diagnostic: &Diagnostic, sources: &Sources) -> String {
     }
 }
 
-/// A text of files in Markdown, where it makes no markup and stays in its cell.
+/// Escapes text for a Markdown table cell.
 fn plain(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for each in render::visible(text).chars() {

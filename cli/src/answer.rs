@@ -7,16 +7,16 @@ use crate::progress::Progress;
 use crate::session::Session;
 use crate::streams::{print, print_json};
 
-/// The result of a command, in both forms of output.
+/// The result of a command, as text for people and as JSON.
 pub(crate) trait Answer {
-    /// The answer in words.
+    /// Returns the answer as text for people.
     fn text(&self) -> String;
-    /// The answer as JSON.
+    /// Returns the answer as JSON.
     fn json(&self) -> serde_json::Value;
 }
 
-/// Prints the answer of a command and all diagnostics. Returns whether there were no errors. A command whose errors
-/// are in the session already returns no further ones.
+/// Prints the answer of a command and all diagnostics. Returns `true` if there were no errors. The `work` function
+/// returns no diagnostics that the session already has.
 pub(crate) fn answer<A: Answer>(
     choices: &Choices,
     format: AnswerFormat,

@@ -32,7 +32,7 @@ pub(crate) use testing::TestArguments;
 pub(crate) use viewing::ViewArguments;
 pub(crate) use watching::WatchArguments;
 
-/// Checks, inspects and renders pipelines of umbragraph.
+/// Checks, inspects and renders render-graph pipelines.
 #[derive(Parser)]
 #[command(name = "umbragraph", version, about)]
 pub(crate) struct Arguments {
@@ -41,10 +41,10 @@ pub(crate) struct Arguments {
 }
 
 impl Arguments {
-    /// The command line of this process.
+    /// Parses the command line of this process.
     ///
     /// # Errors
-    /// A command line that cannot be understood, or one that asks for help.
+    /// A command line that cannot be parsed, or one that requests the help text.
     pub(crate) fn of_process() -> Result<Self, clap::Error> {
         let arguments = Self::try_parse()?;
         let conflict = match &arguments.command {
@@ -80,57 +80,56 @@ impl Arguments {
 
 #[derive(Subcommand)]
 pub(crate) enum Command {
-    /// Writes a folder with a pipeline that renders: template, scene, schema, a workflow for CI, settings for an
+    /// Writes a new folder with a pipeline that renders: template, scene, schema, a workflow for CI and settings for an
     /// editor.
     New(NewArguments),
     /// Parses, resolves, compiles and validates pipelines; needs no graphics adapter.
     Check(CheckArguments),
-    /// Checks pipelines whenever one of their files changes, and prints what differs, for a problem matcher.
+    /// Checks pipelines whenever one of their files changes, and prints the changed diagnostics for a problem matcher.
     Watch(WatchArguments),
-    /// Shows a pipeline on a scene in a window, live: parameters, passes, textures and times. Needs the program
+    /// Shows a pipeline with a scene in a window, live: parameters, passes, textures and times. Needs the program
     /// umbragraph-view.
     View(ViewArguments),
-    /// Proves every shader variant that pipelines can reach, or that templates can express; needs no graphics adapter.
+    /// Validates every shader variant that pipelines can reach, or that templates can express; needs no graphics
+    /// adapter.
     Permutations(PermutationsArguments),
-    /// Prints the plan of a pipeline as JSON: passes in order, resources, what is culled and why.
+    /// Prints the plan of a pipeline as JSON: passes in order, resources, and culled passes with the reason.
     Plan(PlanArguments),
-    /// Tells what a name in a pipeline is, which file and line set each of its values, and what the compiler made of
-    /// it.
+    /// Explains a name in a pipeline: the file and line that set each value, and the compiler's result for it.
     Why(WhyArguments),
     /// Draws the graph of a pipeline: as a picture, a page to explore, or text for other tools.
     Graph(GraphArguments),
-    /// Says in words what differs between the plans of two pipelines.
+    /// Describes the differences between the plans of two pipelines.
     Diff(DiffArguments),
     /// Prints the generated shaders of a pipeline.
     Wgsl(WgslArguments),
-    /// Prints the reference: node kinds and what they publish, keys, types, functions, templates, codes of diagnostics.
+    /// Prints the reference: node kinds and their outputs, keys, types, functions, templates, and codes of diagnostics.
     Reference(ReferenceArguments),
-    /// Lays JSON files out in the canonical way; comments and values stay as they are.
+    /// Formats JSON files in the canonical layout; comments and values stay as they are.
     Fmt(FmtArguments),
     /// Prints the JSON Schema of pipelines, with every node kind, for editors.
     Schema(SchemaArguments),
+    /// Runs a language server for editors, with diagnostics, completion and more, on standard input and output.
     #[cfg(feature = "lsp")]
-    /// Serves editors with diagnostics, completion and more, over the Language Server Protocol on standard input and
-    /// output.
     Lsp(LspArguments),
     /// Renders a scene through a pipeline to a PNG file.
     #[cfg(feature = "gpu")]
     Render(RenderArguments),
-    /// Runs tests of shader functions on an adapter, over every variant of the templates that they include.
+    /// Runs tests of shader functions on an adapter, over every variant of the templates that the tests include.
     #[cfg(feature = "gpu")]
     Test(TestArguments),
-    /// Lists the graphics adapters, and what each lacks for the pipelines that come with the command.
+    /// Lists the graphics adapters, and the features that each lacks for the pipelines that come with the command.
     #[cfg(feature = "gpu")]
     Adapters(AdaptersArguments),
-    /// Holds the shadows of a pipeline against ray-traced ones, light by light.
+    /// Compares the shadows of a pipeline with ray-traced ones, light by light.
     #[cfg(feature = "score")]
     Score(ScoreArguments),
-    /// Searches the values of parameters with which the shadows of a pipeline agree best with ray-traced ones.
+    /// Searches for the parameter values with which the shadows of a pipeline agree best with ray-traced ones.
     #[cfg(feature = "score")]
     Tune(TuneArguments),
 }
 
-/// The options that give parameters and features their values.
+/// The options that set the values of parameters and features.
 #[derive(Args, Clone, Debug)]
 pub(crate) struct Settings {
     /// Gives a parameter a value: JSON, a word of an enumeration, or on or off for a boolean.
@@ -142,28 +141,29 @@ pub(crate) struct Settings {
     /// Takes the values of one of the pipeline's presets.
     #[arg(long, value_name = "NAME")]
     pub(crate) preset: Option<String>,
-    /// Takes the values of a parameter file, over those of the preset. Later files win.
+    /// Takes the values of a parameter file, which override those of the preset. Later files win.
     #[arg(long, value_name = "FILE")]
     pub(crate) params: Vec<PathBuf>,
 }
 
 impl Settings {
-    /// Whether anything is set.
+    /// Returns `true` if at least one value, preset or parameter file is set.
     pub(crate) fn is_empty(&self) -> bool {
         self.set.is_empty() && self.feature.is_empty() && self.preset.is_none() && self.params.is_empty()
     }
 }
 
-/// The files that a pipeline is made of besides its own.
+/// The files of a pipeline besides the pipeline file itself.
 #[derive(Args, Clone, Default)]
 pub(crate) struct Files {
     /// Puts the passes of an extension file at the pipeline's extension points. Several run in the order given.
     #[arg(long, value_name = "FILE")]
     pub(crate) extension: Vec<PathBuf>,
-    /// A folder with templates that replace or join those that come with the command.
+    /// A folder with templates that replace or extend those that come with the command.
     #[arg(long, value_name = "FOLDER")]
     pub(crate) templates: Option<PathBuf>,
-    /// A further folder below which pipelines and scenes may name files, beside the working folder and their own.
+    /// An additional folder below which pipelines and scenes may name files. The working folder and the file's own
+    /// folder are always allowed.
     #[arg(long, value_name = "FOLDER")]
     pub(crate) root: Vec<PathBuf>,
 }
@@ -173,16 +173,16 @@ pub(crate) struct Files {
 pub(crate) struct Choices {
     #[command(flatten)]
     pub(crate) settings: Settings,
-    /// The target profile; without it `check` holds the pipeline to each that it claims, and what shows one plan or one
-    /// shader takes the first. A pipeline that claims none is held to webgpu.
+    /// The target profile. By default, `check` uses every profile that the pipeline claims; commands for one plan or
+    /// shader use the first. A pipeline without claims uses webgpu.
     #[arg(long, value_name = "NAME")]
     pub(crate) profile: Option<String>,
     #[command(flatten)]
     pub(crate) files: Files,
-    /// Width and height of the picture.
+    /// Width and height of the picture, in pixels.
     #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = parse_size)]
     pub(crate) size: [u32; 2],
-    /// The aim of the order of the passes: declaration, memory or few-passes.
+    /// The goal of the order of the passes: declaration, memory or few-passes.
     #[arg(long, value_name = "NAME", default_value = "declaration", value_parser = one_of("objectives", Objective::ALL, Objective::name))]
     pub(crate) objective: Objective,
 }
@@ -190,40 +190,41 @@ pub(crate) struct Choices {
 #[cfg(feature = "lsp")]
 #[derive(Args)]
 pub(crate) struct LspArguments {
-    /// A folder with templates that replace or join those that come with the command. A relative folder is looked for
+    /// A folder with templates that replace or extend those that come with the command. A relative path is searched
     /// below the current folder, then below the first folder of the workspace.
     #[arg(long, value_name = "FOLDER")]
     pub(crate) templates: Option<PathBuf>,
-    /// A further folder below which pipelines may name files, beside the workspace and their own.
+    /// An additional folder below which pipelines may name files. The workspace and the file's own folder are always
+    /// allowed.
     #[arg(long, value_name = "FOLDER")]
     pub(crate) root: Vec<PathBuf>,
-    /// Standard input and output are used always; many editors say so.
+    /// Accepted because many editors pass the option; standard input and output are always used.
     #[arg(long)]
     pub(crate) stdio: bool,
 }
 
 #[derive(Args)]
 pub(crate) struct CheckArguments {
-    /// The pipelines.
+    /// The pipeline files.
     #[arg(required = true)]
     pub(crate) pipelines: Vec<PathBuf>,
-    /// The form of the diagnostics: human (on standard error), json, github, sarif or junit (on standard output).
+    /// The format of the diagnostics: human (on standard error), json, github, sarif or junit (on standard output).
     #[arg(long, value_enum, value_name = "NAME", default_value_t)]
     pub(crate) format: DiagnosticsFormat,
-    /// Checks one configuration: the given settings, and defaults for the rest. Without it every value of the features that
-    /// are not given is checked.
+    /// Checks one configuration: the given settings, and defaults for the rest. By default, every value of the features
+    /// that are not given is checked.
     #[arg(long)]
     pub(crate) config: bool,
-    /// Has each plan checked by a second algorithm that shares no code with what made it.
+    /// Checks each plan by a second, independent algorithm.
     #[arg(long)]
     pub(crate) verify: bool,
-    /// Lists as well what is culled, has no effect, or is not checked.
+    /// Also lists passes and settings that are culled, have no effect, or are not checked.
     #[arg(long)]
     pub(crate) verbose: bool,
-    /// Mends what can be mended in one way only, in all files that the pipelines are made of, and says what it changed.
+    /// Fixes errors that have only one possible fix, in all files of the pipelines, and reports the changes.
     #[arg(long)]
     pub(crate) fix: bool,
-    /// Prints what --fix would change as a unified diff, and writes nothing. The status is 1 if something would change.
+    /// Prints the changes of --fix as a unified diff, and writes nothing. The exit status is 1 if a file would change.
     #[arg(long, requires = "fix")]
     pub(crate) dry_run: bool,
     #[command(flatten)]
@@ -232,22 +233,22 @@ pub(crate) struct CheckArguments {
     pub(crate) cache: CacheArguments,
 }
 
-/// The folder of the results of earlier runs.
+/// The options for the cache of earlier runs' results.
 #[derive(Args)]
 pub(crate) struct CacheArguments {
-    /// The folder of results of earlier runs. The default is the variable UMBRAGRAPH_CACHE (empty: none), then the
-    /// user's cache folder.
+    /// The folder with the cached results of earlier runs. The default is the environment variable UMBRAGRAPH_CACHE (no
+    /// cache if empty), then the user's cache folder.
     #[arg(long, value_name = "FOLDER", conflicts_with = "no_cache")]
     pub(crate) cache: Option<PathBuf>,
-    /// Neither reads nor keeps results of other runs.
+    /// Neither reads nor stores results of other runs.
     #[arg(long)]
     pub(crate) no_cache: bool,
 }
 
-/// The form of diagnostics.
+/// The output format of diagnostics.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
 pub(crate) enum DiagnosticsFormat {
-    /// For people: diagnostics with the lines that they are about, then a summary.
+    /// For people: diagnostics with their source lines, then a summary.
     #[default]
     Human,
     /// One JSON object with diagnostics and statistics.
@@ -256,12 +257,12 @@ pub(crate) enum DiagnosticsFormat {
     Github,
     /// A SARIF 2.1.0 log, for code scanning and editors.
     Sarif,
-    /// JUnit XML, which most CI show as tests: each error is one that failed.
+    /// JUnit XML, which most CI systems show as tests: each error is a failed test.
     Junit,
 }
 
 impl DiagnosticsFormat {
-    /// Whether standard output is one text for programs.
+    /// Returns `true` if standard output is a single machine-readable document.
     pub(crate) fn is_data(self) -> bool {
         matches!(self, Self::Json | Self::Sarif | Self::Junit)
     }
@@ -269,9 +270,9 @@ impl DiagnosticsFormat {
 
 #[derive(Args)]
 pub(crate) struct PlanArguments {
-    /// The pipeline.
+    /// The pipeline file.
     pub(crate) pipeline: PathBuf,
-    /// Has the plan checked by a second algorithm that shares no code with what made it.
+    /// Checks the plan by a second, independent algorithm.
     #[arg(long)]
     pub(crate) verify: bool,
     #[command(flatten)]
@@ -280,24 +281,24 @@ pub(crate) struct PlanArguments {
 
 #[derive(Args)]
 pub(crate) struct WhyArguments {
-    /// The pipeline.
+    /// The pipeline file.
     pub(crate) pipeline: PathBuf,
-    /// A pass, resource, parameter, feature, toggle, preset, subgraph, extension point or geometry. What a use of a
-    /// subgraph or a loop makes is named after it: soft.down, down.0.
+    /// A pass, resource, parameter, feature, toggle, preset, subgraph, extension point or geometry. Names inside a
+    /// subgraph or a loop have a prefix: soft.down, down.0.
     pub(crate) name: String,
-    /// A second resource: whether it shares memory with the first, and why.
+    /// A second resource: explains whether the two resources share memory, and the reason.
     pub(crate) other: Option<String>,
-    /// The form of the answer: human or json.
+    /// The format of the answer: human or json.
     #[arg(long, value_enum, value_name = "NAME", default_value_t)]
     pub(crate) format: AnswerFormat,
     #[command(flatten)]
     pub(crate) choices: Choices,
 }
 
-/// The form of an answer.
+/// The output format of an answer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
 pub(crate) enum AnswerFormat {
-    /// For people.
+    /// Text for people.
     #[default]
     Human,
     /// One JSON object.
@@ -306,18 +307,18 @@ pub(crate) enum AnswerFormat {
 
 #[derive(Args)]
 pub(crate) struct WgslArguments {
-    /// The pipeline.
+    /// The pipeline file.
     pub(crate) pipeline: PathBuf,
-    /// Only the shaders of this pass, or of the passes of this loop or use of a subgraph.
+    /// Prints only the shaders of this pass, or of the passes of this loop or subgraph.
     #[arg(long, value_name = "NAME")]
     pub(crate) pass: Option<String>,
-    /// Only the variant for meshes with these properties; an empty list is the plain one.
+    /// Prints only the variant for meshes with these properties; an empty list selects the variant without properties.
     #[arg(long, value_name = "NAMES", value_delimiter = ',', num_args = 0..=1, require_equals = true)]
     pub(crate) properties: Option<Vec<String>>,
-    /// The language: wgsl, spirv (binary, the plain variant only), msl, hlsl or glsl.
+    /// The language: wgsl, spirv (binary, only the variant without mesh properties), msl, hlsl or glsl.
     #[arg(long, value_name = "NAME", default_value = "wgsl", value_parser = one_of("languages", TargetLanguage::ALL, TargetLanguage::name))]
     pub(crate) target: TargetLanguage,
-    /// Shows the template's file and line before each line; WGSL only.
+    /// Prints the template's file and line before each line; WGSL only.
     #[arg(long)]
     pub(crate) map: bool,
     #[command(flatten)]
@@ -326,13 +327,13 @@ pub(crate) struct WgslArguments {
 
 #[derive(Args)]
 pub(crate) struct FmtArguments {
-    /// The files; - takes standard input to standard output.
+    /// The files; - reads standard input and writes to standard output.
     #[arg(required = true, value_name = "FILE")]
     pub(crate) files: Vec<PathBuf>,
-    /// Lists the files that would change, and writes nothing; exits with 1 if there are any.
+    /// Lists the files that would change, and writes nothing; exits with 1 if the list is not empty.
     #[arg(long)]
     pub(crate) check: bool,
-    /// Prints one file as strict JSON without comments, in a layout that depends on its values only; writes nothing.
+    /// Prints one file as strict JSON without comments, in a layout that depends only on its values; writes nothing.
     #[arg(long, conflicts_with = "check")]
     pub(crate) strict: bool,
 }
@@ -342,12 +343,12 @@ pub(crate) struct SchemaArguments {
     /// The kind of file that the schema describes.
     #[arg(long, value_name = "KIND", value_enum, default_value = "pipeline")]
     pub(crate) of: SchemaKind,
-    /// Compares with this file instead of printing; a difference is a diagnostic.
+    /// Compares the schema with this file instead of printing; a difference is reported as a diagnostic.
     #[arg(long, value_name = "FILE")]
     pub(crate) check: Option<PathBuf>,
 }
 
-/// The files that have a schema.
+/// The kinds of files that have a schema.
 #[derive(Clone, Copy, clap::ValueEnum)]
 pub(crate) enum SchemaKind {
     /// Pipelines.
@@ -356,23 +357,23 @@ pub(crate) enum SchemaKind {
     Extension,
     /// Parameter files.
     Parameters,
-    /// Subgraphs in files of their own.
+    /// Subgraphs in separate files.
     Subgraph,
-    /// Axes of templates.
+    /// Axes of templates: the constants that select a shader variant.
     Axes,
 }
 
 #[derive(Args)]
 pub(crate) struct ReferenceArguments {
-    /// The entry to print: a node kind, a type, a function, a template, or a code such as UG0402; without it all are
-    /// listed.
+    /// The entry to print: a node kind, a type, a function, a template, or a code such as UG0402. By default, all
+    /// entries are listed.
     pub(crate) name: Option<String>,
     /// Writes the whole reference as Markdown files into a folder.
     #[arg(long, value_name = "FOLDER", conflicts_with = "name")]
     pub(crate) write: Option<PathBuf>,
 }
 
-/// Reads one of some things by its name.
+/// Returns a value parser that accepts one of a fixed list of named values.
 fn one_of<const N: usize, T: Copy + Send + Sync + 'static>(
     what: &'static str,
     all: [T; N],

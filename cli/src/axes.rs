@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use umbragraph::low_level::shader::{AxisMode, TemplateSet};
 
-/// The axes of these templates for people: values, default, what they are for, and the constraints.
+/// Returns the axes of these templates as text: values, defaults, purposes and constraints.
 pub(crate) fn human<'n>(templates: &TemplateSet, names: impl IntoIterator<Item = &'n String>) -> String {
     let mut text = String::new();
     // Writing to a string cannot fail.
@@ -30,7 +30,7 @@ pub(crate) fn human<'n>(templates: &TemplateSet, names: impl IntoIterator<Item =
     text
 }
 
-/// The axes of templates as JSON.
+/// Returns the axes of these templates as JSON.
 pub(crate) fn json<'n>(
     templates: &TemplateSet,
     names: impl IntoIterator<Item = &'n String>,

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-/// A bar, on a terminal.
+/// A progress bar on a terminal; empty if standard error is no terminal.
 pub(crate) struct Bar(Option<ProgressBar>);
 
 impl Bar {
@@ -20,7 +20,7 @@ impl Bar {
         }))
     }
 
-    /// A bar for a number of pipelines.
+    /// Creates a progress bar for the given number of pipelines.
     pub(crate) fn of_pipelines(number: usize) -> Self {
         let bar = Self::new("{spinner} {msg}, {pos} of {len} done, {eta} left");
         if let Some(bar) = &bar.0 {
@@ -30,12 +30,12 @@ impl Bar {
         bar
     }
 
-    /// A bar of texts, whose number grows while they are found.
+    /// Creates a progress bar for shader sources, whose number grows as they are found.
     pub(crate) fn of_texts() -> Self {
         Self::new("{bar:40} {pos} of {len} texts, {eta} left")
     }
 
-    /// Begins the work on a pipeline, after so many.
+    /// Shows the name of the pipeline that is next, and the number of pipelines done.
     pub(crate) fn step(&self, done: usize, pipeline: &Path) {
         if let Some(bar) = &self.0 {
             bar.set_message(pipeline.display().to_string());
@@ -43,7 +43,7 @@ impl Bar {
         }
     }
 
-    /// Shows how many of all are done. Threads may report out of order.
+    /// Shows the number of items done and the total. Threads may report out of order.
     pub(crate) fn reach(&self, done: usize, all: usize) {
         if let Some(bar) = &self.0 {
             let (done, all) = (done as u64, all as u64);
@@ -54,7 +54,7 @@ impl Bar {
         }
     }
 
-    /// Removes the bar.
+    /// Removes the progress bar from the terminal.
     pub(crate) fn finish(&self) {
         if let Some(bar) = &self.0 {
             bar.finish_and_clear();

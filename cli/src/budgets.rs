@@ -19,7 +19,7 @@ use crate::codes;
 use crate::lock::{Figure, LockFile, Pipeline, Shown, Texts, with_values};
 use crate::session::Session;
 
-/// The passes that have no budget of their own.
+/// The key of the budget for all passes that have no budget of their own.
 const OTHERS: &str = "*";
 
 const FIGURES: [Figure; 6] = [
@@ -30,22 +30,22 @@ const FIGURES: [Figure; 6] = [
     ("registers", |texts| texts.registers),
     ("cost", |texts| texts.worst.cost),
 ];
-/// The figures of a whole pipeline.
+/// The names of the figures that are limited per pipeline rather than per pass.
 const OF_PIPELINE: [&str; 2] = ["texts", "bytes"];
 const PASSES: &str = "passes";
 
-/// The file.
+/// A parsed file of shader budgets.
 pub(crate) struct Budgets {
     root: Value,
     path: PathBuf,
 }
 
-/// The file where none is named.
+/// The path of the budgets file if the command line names none.
 const DEFAULT: &str = "permutations.budgets.json";
 
 impl Budgets {
-    /// Reads the file that is given, or the one in the working folder if there is one. A file that cannot be read is an
-    /// error of the session.
+    /// Reads the given budgets file, or the default one in the working folder. Returns `None` if no default file exists
+    /// or after an error, which the session records.
     pub(crate) fn read(session: &mut Session, given: Option<&Path>) -> Option<Self> {
         let path = given.unwrap_or(Path::new(DEFAULT));
         if given.is_none() && !path.exists() {
@@ -60,13 +60,13 @@ impl Budgets {
         }
     }
 
-    /// The file, by which pipelines are named.
+    /// The path of the budgets file, to which the pipeline names in it are relative.
     pub(crate) fn file(&self) -> LockFile<'_> {
         LockFile::new(&self.path)
     }
 
-    /// Compares what pipelines reach with their budgets: a diagnostic for each figure that is more, and for each budget
-    /// that names nothing.
+    /// Compares the reachable shaders with their budgets. Adds a diagnostic for each exceeded figure, and for each
+    /// budget of an unknown name.
     pub(crate) fn hold(
         &self,
         session: &mut Session,
@@ -111,7 +111,7 @@ struct Hold<'a> {
     shown: &'a Shown<'a>,
 }
 
-/// A whole number with its place.
+/// An upper limit and its place in the file.
 type Limit = (u64, Span);
 
 impl Hold<'_> {
@@ -198,7 +198,7 @@ fn quoted(names: &BTreeSet<&str>) -> String {
     list_of(names.iter().map(|name| format!("\"{name}\"")))
 }
 
-/// A figure above its limit.
+/// A figure above its limit, with the passes that exceed it.
 struct Over<'a> {
     name: &'static str,
     value: u64,
@@ -208,7 +208,7 @@ struct Over<'a> {
 
 const HELP: &str = "raise the budget if it is meant; a lock (`umbragraph permutations PIPELINE... --update`) has all figures";
 
-/// The members of an object; a diagnostic for anything else.
+/// Returns the members of an object; for any other value, adds a diagnostic and returns an empty slice.
 fn members<'v>(value: &'v Value, found: &mut Vec<Diagnostic>) -> &'v [Entry] {
     value.entries().unwrap_or_else(|| {
         let message = format!("a budget is an object of figures, not {}", value.kind_name());
@@ -217,7 +217,8 @@ fn members<'v>(value: &'v Value, found: &mut Vec<Diagnostic>) -> &'v [Entry] {
     })
 }
 
-/// A figure that may stand here, with its limit.
+/// Parses one member of a budget as a known figure with its limit; after an error, adds a diagnostic and returns
+/// `None`.
 fn figure(
     entry: &Entry,
     names: &[&str],

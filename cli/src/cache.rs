@@ -21,30 +21,30 @@ use crate::arguments::CacheArguments;
 use crate::lock::Lock;
 use crate::replace::replace;
 
-/// The maximum bytes of all files of the folder; with more, those that were written first go.
+/// The maximum size in bytes of all files in the folder; beyond it, the oldest files are removed.
 const MAX_BYTES: u64 = 256 << 20;
 
-/// The folder, and the hash of this program.
+/// The cache of earlier runs: its folder, and the hash of this program's executable.
 pub(crate) struct Cache {
     folder: PathBuf,
     program: blake3::Hash,
 }
 
-/// The output of a run without errors.
+/// The stored output of a run without errors.
 #[derive(Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct Said {
-    /// On standard output.
+    /// The text on standard output.
     pub(crate) text: String,
-    /// On standard error.
+    /// The text on standard error.
     pub(crate) diagnostics: String,
-    /// The summary for GitHub, where annotations were asked for.
+    /// The Markdown summary for GitHub; empty if no annotations were requested.
     pub(crate) summary: String,
-    /// The shaders that the pipelines reach, where a lock was asked for.
+    /// The reachable shaders; `None` if the run needed no lock file.
     pub(crate) lock: Option<Lock>,
 }
 
 impl Cache {
-    /// The cache that the arguments ask for; `None` with `--no-cache`, and where the user has no folder for caches.
+    /// Opens the cache that the arguments name; `None` with `--no-cache`, or if the user has no cache folder.
     pub(crate) fn new(arguments: &CacheArguments) -> Option<Self> {
         if arguments.no_cache {
             return None;
@@ -54,7 +54,7 @@ impl Cache {
         Some(Self { folder, program: blake3::hash(&program) })
     }
 
-    /// The name of what this command line says of these texts.
+    /// Returns the cache key for this command line and these sources.
     pub(crate) fn run(&self, sources: &Sources) -> String {
         let mut hash = blake3::Hasher::new();
         let mut add = |bytes: &[u8]| {
@@ -70,12 +70,12 @@ impl Cache {
         format!("run {}", hash.finalize())
     }
 
-    /// The output that was kept under a name.
+    /// Returns the output stored under a key; `None` if there is none.
     pub(crate) fn said(&self, name: &str) -> Option<Said> {
         serde_json::from_slice(&self.get(name)?).ok()
     }
 
-    /// Keeps what was said.
+    /// Stores the output of a run under a key.
     pub(crate) fn keep(&self, name: &str, said: &Said) {
         if let Ok(bytes) = serde_json::to_vec(said) {
             self.put(name, &bytes);
@@ -88,7 +88,7 @@ impl Cache {
         self.folder.join(format!("{}.umbragraph", hash.finalize()))
     }
 
-    /// Removes the oldest files of a folder that has become too large.
+    /// Removes the oldest files if the folder exceeds `MAX_BYTES`.
     fn bound(&self) {
         let Ok(entries) = std::fs::read_dir(&self.folder) else { return };
         let files =
@@ -127,7 +127,8 @@ impl Keep for Cache {
     }
 }
 
-/// The folder that the environment names, or `umbragraph` in the user's cache folder.
+/// Returns the folder that `UMBRAGRAPH_CACHE` names, or `umbragraph` in the user's cache folder. `None` if the variable
+/// is empty, or no cache folder is known.
 fn users_folder() -> Option<PathBuf> {
     if let Some(folder) = std::env::var_os("UMBRAGRAPH_CACHE") {
         return (!folder.is_empty()).then(|| folder.into());

@@ -19,8 +19,8 @@ use crate::remarks;
 use crate::session::Session;
 use crate::streams::{complain, print};
 
-/// Checks pipelines, mends them first where that is asked. Whether no errors are left; of a dry run, whether there was
-/// nothing to mend either.
+/// Checks pipelines, after applying fixes if requested. Returns `true` if no errors are left; in a dry run, only if
+/// there was also nothing to fix.
 pub(crate) fn run(arguments: &CheckArguments) -> bool {
     let mut session = Session::new(&arguments.choices.files);
     if arguments.fix {
@@ -96,7 +96,7 @@ pub(crate) fn run(arguments: &CheckArguments) -> bool {
     is_fine && is_sound
 }
 
-/// The coverage of a pipeline's check, as JSON.
+/// Returns the coverage of a pipeline's check as JSON.
 fn numbers(path: &Path, covered: &Surveyed) -> serde_json::Value {
     let configurations = &covered.configurations;
     let unchecked = covered.coverage.first.pipeline.as_ref().map_or(0, |pipeline| pipeline.gaps.len());
@@ -120,7 +120,7 @@ fn numbers(path: &Path, covered: &Surveyed) -> serde_json::Value {
     })
 }
 
-/// A whole number; as a text where it is more than most readers of JSON take.
+/// Returns a whole number as JSON; a string if it exceeds 64 bits.
 fn whole(number: u128) -> serde_json::Value {
     match u64::try_from(number) {
         Ok(number) => number.into(),
@@ -128,7 +128,7 @@ fn whole(number: u128) -> serde_json::Value {
     }
 }
 
-/// One line about a pipeline without errors; nothing where there is no plan.
+/// Returns one line about a pipeline without errors; empty if the pipeline has no plan.
 fn summary(path: &Path, covered: &Surveyed, verified: bool) -> String {
     let Some(plan) = &covered.coverage.first.plan else { return String::new() };
     let unchecked = covered.coverage.first.pipeline.as_ref().map_or(0, |pipeline| pipeline.gaps.len());

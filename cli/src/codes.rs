@@ -3,7 +3,7 @@
 #![allow(unreachable_pub)] // The macro serves libraries.
 
 umbragraph::low_level::codes! {
-    /// A file that was to be compared and is neither a pipeline nor a report.
+    /// A file to compare that is neither a pipeline nor a report.
     NOT_A_REPORT = "UG0009", "not a report",
         "`umbragraph diff` compares pipelines and the reports that `umbragraph graph --format json` prints. This file has a list of passes, as a report has, but not the rest of one: it is another tool's, another version's, or the plan that `umbragraph plan` prints.";
     /// A setting on the command line without a value.
@@ -12,40 +12,40 @@ umbragraph::low_level::codes! {
     /// A machine without a usable adapter.
     NO_ADAPTER = "UG0801", "no graphics adapter",
         "No Vulkan, Metal, DX12 or GL adapter was found. On Debian and Ubuntu `apt install mesa-vulkan-drivers` gives a software one. Checking pipelines needs none.";
-    /// Lights that no pass reads.
+    /// Lights of the scene that no pass reads.
     UNREAD_LIGHTS = "UG0811", "lights without a part in the picture",
         "The scene has lights that no pass of the pipeline reads, such as spots and point lights where the pipeline lights with one directional light alone. A pipeline with a `light_list` takes every kind.";
-    /// Shadows that cannot be held against rays.
+    /// Shadows that cannot be compared with ray-traced ones.
     SCORE = "UG0812", "nothing to score",
         "`umbragraph score` asks a pipeline for its shadow term, a picture of how much of the lights arrives, white where all does, with alpha 1 where there is geometry: the picture that it makes where its parameter `debug_view` is `shadow_term`. So a pipeline declares `\"debug_view\": { \"type\": \"enum\", \"values\": [\"off\", \"shadow_term\"], \"default\": \"off\" }`, and its shaders write the visibility instead of the color then; what extends `umbragraph:base/forward.json` has the parameter, and the templates `forward`, `lit` and `deferred` have the axis `debug_mode` for it. The scene needs a light that casts shadows, and surfaces in view of its camera.";
-    /// Limits on scores that are not met, or cannot be.
+    /// Limits on scores that are not met, or cannot be met.
     SCORE_LIMITS = "UG0813", "limits of a score",
         "The file of `umbragraph score --limits` is a JSON object with names of limits and numbers, such as `{ \"min_iou\": 0.99, \"max_leak_k2\": 0.001 }`; they are held to all lights together. A score that does not exist, such as the leak where nothing is shadowed, meets no limit.";
     /// Parameters that cannot be tuned.
     TUNE = "UG0814", "nothing to tune",
         "`umbragraph tune --over NAME,…` searches the ranges of parameters: numbers, lists of them and booleans. A name that is no parameter, an enumeration, whose words have no order, a feature, a number without a range, and a parameter on which no pixel of the shadow term depends cannot be tuned.";
-    /// A picture of the surroundings that cannot be used.
+    /// An environment picture that cannot be used.
     ENVIRONMENT = "UG0815", "unusable environment",
         "`umbragraph render --environment FILE` takes an equirectangular picture, a Radiance .hdr or an OpenEXR .exr, for pipelines with an imported texture `environment` of the format rgba16float and a feature `environment`, such as pipelines/umbra.json. Where the feature is on, the picture has to be given.";
     /// A viewer that cannot be started.
     VIEWER = "UG0816", "no viewer",
         "`umbragraph view` starts the program `umbragraph-view`, which lies beside the command or on PATH. It is installed by itself, since a window needs much that the command does not: `cargo install --path view`.";
-    /// A lock that says something else than what is reached.
+    /// A lock file that differs from the reachable shaders.
     LOCK_DIFFERS = "UG0818", "not as locked",
         "`umbragraph permutations PIPELINE... --locked` compares the shaders that the pipelines reach with `permutations.lock`: the values of axes, the number of texts, and their contents, for each pass and profile. The same command with `--update` writes what is reached into the lock; its difference shows in review what a change adds.";
-    /// A lock that cannot be read.
+    /// A lock file that cannot be read.
     LOCK_INVALID = "UG0819", "unreadable lock",
         "`permutations.lock` is written by `umbragraph permutations PIPELINE... --update`. A merge conflict in it, and a lock of another version, are solved by the same command, given all pipelines that the lock names.";
-    /// A figure of shaders that is above its budget.
+    /// A figure of shaders, such as bytes or registers, that exceeds its budget.
     BUDGET = "UG0826", "over budget",
         "`permutations.budgets.json` gives passes budgets: numbers of texts, bytes, bindings, registers and cost. Costs are counted over the shader by `umbragraph permutations` and are the same on every machine; `--verbose` prints them, `--format json` those of every variant.";
-    /// A budget that cannot hold.
+    /// A budget with an invalid value or name.
     BUDGET_INVALID = "UG0827", "invalid budget",
         "`permutations.budgets.json` is an object of pipelines by their paths from its folder. Each has `texts`, `bytes`, and `passes`: an object of passes, or `*` for all others, with `texts`, `bytes`, `largest`, `bindings`, `registers` and `cost`.";
-    /// Figures of an offline compiler that belong to no variant.
+    /// Measurements of an offline compiler that match no variant.
     MEASURED = "UG0828", "unusable measurements",
         "`--measured FILE` puts the figures of an offline compiler into the JSON report: `{ \"tool\": NAME, \"variants\": { HASH: { FIGURE: NUMBER } } }`, where a hash is one of the report, or its first eight digits or more.";
-    /// Reports that cannot be joined.
+    /// Reports of shards that cannot be joined.
     SHARDS = "UG0822", "reports of shards",
         "`umbragraph permutations --merge REPORT.json...` joins the reports that `umbragraph permutations PIPELINE... --shard K/N --format json` prints, one for each K from 1 to N, of the same pipelines.";
     /// A shader test that fails.
@@ -54,7 +54,7 @@ umbragraph::low_level::codes! {
     /// A shader test that cannot be run.
     TEST_INVALID = "UG0824", "not a shader test",
         "A file of tests, `NAME.test.wgsl`, is a template. It includes the templates that it tests, and has functions with `@test`. A test with parameters has a table, a line `@case(…)` for each call. It reaches no bindings: a test has no textures and buffers.\n\n```wgsl\n{% include \"lib/falloff.wgsl.jinja\" %}\n\n@test\n@case(0.5, 1.0)\n@case(2.0, 0.25)\nfn light_falls_with_distance(distance: f32, wanted: f32) {\n    expect_near(falloff(distance), wanted, 1e-5, \"the falloff\");\n}\n```";
-    /// A shader test that does not end.
+    /// A shader test that does not end within its time limit.
     TEST_ENDLESS = "UG0825", "shader test without an end",
         "The loops of one row of a table may take 65,000 rounds together; then they are left. No driver stops an endless loop with an error, and Mesa's in software leaves it after 65,535 rounds without a word. The rows of a variant run together, and have the time of `--timeout`, ten seconds without it; no further test is run after that.";
 }

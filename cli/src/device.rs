@@ -9,7 +9,7 @@ use umbragraph::low_level::pipeline::TypedPipeline;
 use umbragraph::low_level::shader::TargetProfile;
 use wgpu::{Adapter, Backend, Backends, Device, DeviceType, Instance, InstanceDescriptor, Queue};
 
-/// A device and the name of its adapter.
+/// A graphics device with its queue, its adapter and the adapter's name.
 pub(crate) struct Graphics {
     pub(crate) device: Device,
     pub(crate) queue: Queue,
@@ -18,10 +18,10 @@ pub(crate) struct Graphics {
 }
 
 /// Opens the best adapter: discrete before integrated before software, and any other backend before OpenGL. A part of
-/// its name or backend, or the environment (see [`environment`]), narrows the choice.
+/// the adapter's name or backend, or environment variables, narrow the choice.
 ///
 /// # Errors
-/// No adapter, one that rejects a device, or a variable that says nonsense.
+/// No adapter, an adapter that provides no device, or an invalid value of an environment variable.
 pub(crate) fn open(named: Option<&str>) -> Result<Graphics, Diagnostic> {
     let wanted = Wanted::new(named)?;
     // OpenGL last: it has less, and it has to be asked only where nothing else is there or it is called by its name.
@@ -39,10 +39,10 @@ pub(crate) fn open(named: Option<&str>) -> Result<Graphics, Diagnostic> {
     Ok(Graphics { device, queue, name: name.clone(), adapter: adapter.clone() })
 }
 
-/// Opens an adapter, with all that it has of WebGPU.
+/// Opens an adapter with all WebGPU features and limits that it supports.
 ///
 /// # Errors
-/// An adapter that rejects a device.
+/// The adapter provides no device.
 pub(crate) fn request(name: &str, adapter: &Adapter) -> Result<(Device, Queue), Diagnostic> {
     let wanted = wgpu::Features::all_webgpu_mask() | wgpu::Features::TIMESTAMP_QUERY_INSIDE_ENCODERS;
     let descriptor = wgpu::DeviceDescriptor {
@@ -58,16 +58,16 @@ pub(crate) fn request(name: &str, adapter: &Adapter) -> Result<(Device, Queue), 
     })
 }
 
-/// The adapters that the environment variables allow, with their names: the best first, OpenGL last.
+/// Returns the adapters that the environment variables allow, with their names: the best first, OpenGL last.
 ///
 /// # Errors
-/// None, or a variable that says nonsense.
+/// No adapter, or an invalid value of an environment variable.
 pub(crate) fn all() -> Result<Vec<(String, Adapter)>, Diagnostic> {
     let wanted = Wanted::new(None)?;
     named_as(found(wanted.backends.unwrap_or(Backends::all()), &wanted), &wanted)
 }
 
-/// The adapters whose name or backend contains what is wanted, with their names.
+/// Returns the adapters whose name or backend contains the wanted text, with their names.
 fn named_as(adapters: Vec<Adapter>, wanted: &Wanted) -> Result<Vec<(String, Adapter)>, Diagnostic> {
     if adapters.is_empty() {
         return Err(nothing(wanted));
@@ -89,7 +89,7 @@ fn named_as(adapters: Vec<Adapter>, wanted: &Wanted) -> Result<Vec<(String, Adap
     Ok(adapters)
 }
 
-/// Names that all differ: equal ones get a number.
+/// Makes equal names distinct by adding a number.
 fn numbered(names: Vec<String>) -> Vec<String> {
     let number = |at: usize, name: &String| {
         let like = |names: &[String]| names.iter().filter(|other| *other == name).count();
@@ -98,7 +98,7 @@ fn numbered(names: Vec<String>) -> Vec<String> {
     names.iter().enumerate().map(|(at, name)| number(at, name)).collect()
 }
 
-/// Rejects a wish that fits the best adapter and another one of the same name.
+/// Rejects a wanted name that matches several adapters of the same name.
 fn unambiguous(adapters: &[(String, Adapter)], wanted: &Wanted) -> Result<(), Diagnostic> {
     let (Some((part, by)), Some((_, best))) = (&wanted.name, adapters.first()) else { return Ok(()) };
     let alike = adapters.iter().filter(|(_, adapter)| name(adapter) == name(best));
@@ -123,7 +123,7 @@ fn found(backends: Backends, wanted: &Wanted) -> Vec<Adapter> {
     adapters
 }
 
-/// The diagnostic of a machine without adapters.
+/// Returns the diagnostic for a machine without a matching adapter.
 fn nothing(wanted: &Wanted) -> Diagnostic {
     let of = match wanted.backends {
         Some(backends) => {
@@ -147,7 +147,8 @@ fn nothing(wanted: &Wanted) -> Diagnostic {
     Diagnostic::error(crate::codes::NO_ADAPTER, Place::Nowhere, message).help(help)
 }
 
-/// The profile of a pipeline on an adapter: no more than it has, but for the features that the pipeline can use.
+/// Returns the target profile of a pipeline on an adapter: limited to what the adapter supports, with the device
+/// features that the pipeline can use.
 pub(crate) fn profile_on(pipeline: &TypedPipeline, adapter: &Adapter) -> TargetProfile {
     let features = pipeline.device_features() & adapter.features();
     let flags = adapter.get_downlevel_capabilities().flags;
@@ -156,20 +157,20 @@ pub(crate) fn profile_on(pipeline: &TypedPipeline, adapter: &Adapter) -> TargetP
 }
 
 impl Graphics {
-    /// Whether the device has compute shaders, which some of OpenGL lack.
+    /// Returns `true` if the device has compute shaders, which some OpenGL drivers lack.
     pub(crate) fn has_compute(&self) -> bool {
         let flags = self.adapter.get_downlevel_capabilities().flags;
         flags.contains(wgpu::DownlevelFlags::COMPUTE_SHADERS)
     }
 
-    /// The profile of a pipeline on this device: limited to what the device offers, with the device features that the
-    /// pipeline can use.
+    /// Returns the target profile of a pipeline on this device: limited to what the device supports, with the device
+    /// features that the pipeline can use.
     pub(crate) fn profile(&self, pipeline: &TypedPipeline) -> TargetProfile {
         profile_on(pipeline, &self.adapter)
     }
 }
 
-/// Its name and its backend.
+/// Returns the name and the backend of an adapter.
 pub(crate) fn name(adapter: &Adapter) -> String {
     let info = adapter.get_info();
     format!("{} ({})", info.name, info.backend)

@@ -17,7 +17,7 @@ use crate::lock;
 use crate::session::Session;
 use crate::streams::print;
 
-/// Says what differs between two plans; whether there were no errors.
+/// Prints the differences between two plans. Returns `true` if there were no errors.
 pub(crate) fn run(arguments: &DiffArguments) -> bool {
     let mut session = Session::new(&arguments.choices.files);
     let after = arguments.after.as_ref().unwrap_or(&arguments.before);
@@ -35,7 +35,7 @@ pub(crate) fn run(arguments: &DiffArguments) -> bool {
     true
 }
 
-/// Says what differs between two locks; whether both could be read.
+/// Prints the differences between two lock files. Returns `true` if both files could be read.
 fn locks(session: &mut Session, before: &Path, after: &Path) -> bool {
     let mut sides = Vec::new();
     for path in [before, after] {
@@ -83,7 +83,8 @@ fn side(session: &mut Session, path: &Path, choices: &Choices) -> Option<Report>
     }
 }
 
-/// The JSON of a report that was kept; a pipeline has an object of passes.
+/// Reads a saved JSON report of a plan. `None` if the file is no such report: a report has an array of passes, a
+/// pipeline an object.
 fn kept(path: &Path) -> Option<serde_json::Value> {
     let mut sources = Sources::new();
     let file = read_source(path, &mut sources).ok()?;

@@ -16,7 +16,7 @@ use crate::streams::{complain, print, print_contents, print_json};
 /// The name of standard input in diagnostics.
 const STANDARD_INPUT: &str = "<standard input>";
 
-/// Formats every file that can be; whether there were no errors, and with `--check` nothing to change.
+/// Formats every valid file. Returns `true` if there were no errors and, with `--check`, nothing to change.
 pub(crate) fn run(arguments: &FmtArguments) -> bool {
     let mut sources = Sources::new();
     let mut diagnostics = Diagnostics::new();
@@ -31,7 +31,7 @@ pub(crate) fn run(arguments: &FmtArguments) -> bool {
     !diagnostics.has_errors() && (canonical || !arguments.check)
 }
 
-/// Whether the file had its canonical layout already.
+/// Formats or checks one file. Returns `true` if the file already had its canonical layout.
 fn treat(path: &Path, arguments: &FmtArguments, sources: &mut Sources) -> Result<bool, Diagnostics> {
     let is_input = path.as_os_str() == "-";
     let (file, bytes) = if is_input { read_input(sources) } else { read_file(path, sources) }?;
@@ -55,7 +55,7 @@ fn treat(path: &Path, arguments: &FmtArguments, sources: &mut Sources) -> Result
     Ok(is_canonical)
 }
 
-/// The text of a file, and its bytes: a byte-order mark is no part of the text.
+/// Reads a file. Returns its identifier and its bytes, which may begin with a byte-order mark that the text lacks.
 fn read_file(path: &Path, sources: &mut Sources) -> Result<(FileId, Vec<u8>), Diagnostics> {
     let file = read_source(path, sources)?;
     let text = sources.get(file).map_or_else(Vec::new, |file| file.text().as_bytes().to_vec());

@@ -11,7 +11,8 @@ use crate::replace::replace;
 use crate::session::Session;
 use crate::streams::{complain, print_contents, print_json};
 
-/// Draws a graph; whether there were no errors. Of a pipeline with errors it is the graph of what is sound.
+/// Draws the graph of a pipeline. Returns `true` if there were no errors. For a pipeline with errors, the graph has
+/// only the valid passes.
 pub(crate) fn run(arguments: &GraphArguments) -> bool {
     let mut session = Session::new(&arguments.choices.files);
     let report = report(&mut session, &arguments.pipeline, &arguments.choices);
@@ -52,10 +53,10 @@ pub(crate) fn run(arguments: &GraphArguments) -> bool {
     }
 }
 
-/// The form that is asked for: by its name, or by the extension of the file.
+/// Returns the requested output format: by its name, or by the extension of the file.
 ///
 /// # Errors
-/// An extension of no form, or of another one than the name says.
+/// An unknown extension, or one that contradicts the named format.
 fn format(arguments: &GraphArguments) -> Result<GraphFormat, Diagnostic> {
     let extension = arguments.out.as_deref().and_then(Path::extension).and_then(|it| it.to_str());
     let by_extension = match extension {
@@ -79,7 +80,7 @@ fn format(arguments: &GraphArguments) -> Result<GraphFormat, Diagnostic> {
     }
 }
 
-/// The report of one pipeline; `None` after an error.
+/// Checks one pipeline and returns its report; `None` after an error.
 pub(crate) fn report(session: &mut Session, path: &Path, choices: &Choices) -> Option<Report> {
     let checked = session.check(path, choices);
     Some(Report::new(&*checked.plan?, &*checked.graph?, session.sources()))

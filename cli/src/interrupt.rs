@@ -7,23 +7,22 @@ use std::sync::Once;
 
 use umbragraph::low_level::files;
 
-/// The exit status of a process that was interrupted.
+/// The exit status of an interrupted process.
 const INTERRUPTED: i32 = 130;
 
-/// Sets the handler, before the first file.
+/// Installs the interrupt handler; to be called before the first file is written.
 pub(crate) fn watch() {
     static HANDLER: Once = Once::new();
     // Where no handler can be set an interrupt ends the process, as it does elsewhere.
     HANDLER.call_once(|| drop(ctrlc::try_set_handler(|| end())));
 }
 
-/// Removes files under construction, and ends the process.
+/// Removes unfinished output files and ends the process.
 pub(crate) fn end() -> ! {
     files::give_up(|| leave(INTERRUPTED))
 }
 
-/// Ends the process at once: another thread may be drawing, and what the driver does at the end of a process must not
-/// run meanwhile.
+/// Ends the process at once, without exit handlers. A driver's exit handlers must not run while another thread draws.
 #[cfg(unix)]
 pub(crate) fn leave(status: i32) -> ! {
     signal_hook::low_level::exit(status)

@@ -10,14 +10,14 @@ use quick_junit::{NonSuccessKind, Report, TestCase, TestCaseStatus, TestSuite};
 use umbragraph::diagnostic::{Diagnostic, Diagnostics, Place, Severity, render};
 use umbragraph::low_level::source::Sources;
 
-/// A pipeline without errors, and its passes whose shaders are proven.
+/// A pipeline without errors, and its passes whose shaders are proven valid.
 #[derive(Clone, Debug)]
 pub(crate) struct Fine {
     pub(crate) pipeline: String,
     pub(crate) passes: BTreeSet<String>,
 }
 
-/// The report on a run of a command, with the pipelines that have no errors.
+/// Returns the JUnit report of a command, including the pipelines without errors.
 pub(crate) fn report(diagnostics: &Diagnostics, sources: &Sources, fine: &[Fine]) -> String {
     let mut report = Report::new("umbragraph");
     let success = |name: &String| TestCase::new(name.as_str(), TestCaseStatus::success());
@@ -38,7 +38,7 @@ pub(crate) fn report(diagnostics: &Diagnostics, sources: &Sources, fine: &[Fine]
     report.to_string().unwrap_or_default()
 }
 
-/// A suite for each file with diagnostics, with a case for each of them.
+/// Returns a test suite for each file with diagnostics, with a test case for each diagnostic.
 pub(crate) fn suites<'a>(
     diagnostics: impl IntoIterator<Item = &'a Diagnostic>,
     sources: &Sources,
@@ -68,7 +68,7 @@ fn case(diagnostic: &Diagnostic, file: &str, line: &str, sources: &Sources) -> T
     case
 }
 
-/// The file of a diagnostic, and its line and column where there are any.
+/// Returns the file of a diagnostic, and its line and column; the second text is empty if they are unknown.
 fn place(diagnostic: &Diagnostic, sources: &Sources) -> (String, String) {
     match &diagnostic.place {
         Place::Span(span) => {

@@ -10,7 +10,8 @@ use crate::arguments::{Files, LspArguments};
 use crate::session::{Session, dry_run};
 use crate::streams::complain;
 
-/// Serves an editor on standard input and output until it is done; whether it kept to the protocol.
+/// Runs the language server on standard input and output until the editor ends it. Returns `true` if the editor
+/// followed the protocol.
 pub(crate) fn run(arguments: &LspArguments) -> bool {
     let session = |folders: &[PathBuf]| {
         let templates = arguments.templates.as_deref().map(|path| whole(path, folders));
@@ -29,7 +30,8 @@ pub(crate) fn run(arguments: &LspArguments) -> bool {
     failed.is_none()
 }
 
-/// The absolute path of a folder: below the current folder, or below the first of the workspace where it is only there.
+/// Returns the absolute path of a folder: below the current folder, or below the first workspace folder if it exists
+/// only there.
 fn whole(path: &Path, folders: &[PathBuf]) -> PathBuf {
     let here = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
     let there = folders.first().map(|folder| folder.join(path));

@@ -110,8 +110,8 @@ fn main() -> ExitCode {
     if fine && !streams::is_lost() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
 
-/// Keeps a layer of Mesa from loading if there is no display. It looks for one and complains on standard error, twice,
-/// before every picture. Keeps EGL from complaining about devices that it does not find, unless `EGL_LOG_LEVEL` is set.
+/// Silences two drivers. Disables Mesa's device selection layer if there is no display, since it prints errors before
+/// every picture. Lowers EGL's log level, unless `EGL_LOG_LEVEL` is set.
 #[cfg(all(feature = "gpu", target_os = "linux"))]
 #[expect(unsafe_code, reason = "see the proof at the place")]
 fn silence_device_selection() {

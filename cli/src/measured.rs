@@ -19,13 +19,13 @@ use umbragraph::low_level::shader::permutations::TemplateReport;
 use crate::codes;
 use crate::session::Session;
 
-/// The fewest digits of a hash.
+/// The minimum number of hexadecimal digits of a hash.
 const MIN_DIGITS: usize = 8;
 
-/// Figures by name.
+/// The measured values of a variant, by name.
 type Figures = BTreeMap<String, f64>;
 
-/// The figures of variants that are in a report, by their hashes.
+/// Measurements of variants in a report, by their hashes.
 #[derive(Debug, Default, Serialize)]
 pub(crate) struct Measured {
     tool: String,
@@ -33,7 +33,7 @@ pub(crate) struct Measured {
 }
 
 impl Measured {
-    /// Reads a file; what is wrong with it is an error of the session.
+    /// Reads a file of measurements. After an error, which the session records, returns `None`.
     pub(crate) fn read(session: &mut Session, path: &Path, reports: &[TemplateReport]) -> Option<Self> {
         let root = match session.read_figures(path) {
             Ok(document) => document.root,

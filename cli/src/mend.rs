@@ -16,7 +16,7 @@ use crate::replace::replace_if;
 use crate::session::Session;
 use crate::streams::{complain, print_contents};
 
-/// The maximum number of rounds; each mends at least one diagnostic.
+/// The maximum number of rounds; each round fixes at least one diagnostic.
 const MAX_ROUNDS: usize = 64;
 
 /// The files that fixes have changed.
@@ -25,16 +25,16 @@ pub(crate) struct Mended {
     files: BTreeMap<String, File>,
 }
 
-/// A file that was mended.
+/// The contents of a changed file.
 struct File {
-    /// The text as it was read.
+    /// The text before the changes.
     original: String,
     text: String,
-    /// One line for each edit.
+    /// One line of output for each edit.
     lines: Vec<String>,
 }
 
-/// Applies the fixes of pipelines and of the files that they are made of, in memory.
+/// Applies the fixes of pipelines and of all their files in memory.
 pub(crate) fn mend(arguments: &CheckArguments) -> Mended {
     let mut mended = Mended::default();
     // Texts that were there before: no fix leads back to one.
@@ -74,7 +74,7 @@ pub(crate) fn mend(arguments: &CheckArguments) -> Mended {
     mended
 }
 
-/// One edit as a line for people.
+/// Describes one edit in a line for people.
 fn line(source: &SourceFile, edit: &Edit) -> String {
     let at = source.line_column(u32::try_from(edit.range.start).unwrap_or(u32::MAX));
     let old = source.text().get(edit.range.clone()).unwrap_or_default().trim();
@@ -84,12 +84,12 @@ fn line(source: &SourceFile, edit: &Edit) -> String {
 }
 
 impl Mended {
-    /// Whether there is nothing to change.
+    /// Returns `true` if no file changes.
     pub(crate) fn is_empty(&self) -> bool {
         self.files.is_empty()
     }
 
-    /// Prints what would change, as a unified diff.
+    /// Prints the changes as a unified diff.
     pub(crate) fn print_difference(&self) {
         for (name, File { original, text, .. }) in &self.files {
             let difference = TextDiff::from_lines(original.as_str(), text.as_str());
@@ -97,7 +97,7 @@ impl Mended {
         }
     }
 
-    /// Writes the files and says what changed in them; diagnostics for those that cannot be written.
+    /// Writes the changed files and prints the edits. Returns diagnostics for files that cannot be written.
     pub(crate) fn write(&self) -> Vec<Diagnostic> {
         let mut diagnostics = Vec::new();
         for (name, file) in &self.files {

@@ -12,7 +12,7 @@ use crate::arguments::NewArguments;
 use crate::replace::{replace, unwritable};
 use crate::streams::{complain, print};
 
-/// The kinds of pipelines to begin with.
+/// The kinds of pipelines that `new` can create.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
 pub(crate) enum Kind {
     /// Full-screen passes after the picture of a pipeline that comes with the command.
@@ -34,7 +34,7 @@ impl From<Kind> for starter::Kind {
     }
 }
 
-/// Writes the files; whether all of them were.
+/// Writes the files of a new pipeline. Returns `true` if all could be written.
 pub(crate) fn run(arguments: &NewArguments) -> bool {
     match write(arguments) {
         Ok(said) => {
@@ -73,7 +73,7 @@ fn write(arguments: &NewArguments) -> Result<String, Diagnostics> {
     ))
 }
 
-/// The name of the pipeline of a folder: that of the folder.
+/// Returns the name of a folder, which is also the name of its pipeline.
 fn pipeline_name(folder: &Path) -> String {
     let whole = if folder.file_name().is_none() { std::fs::canonicalize(folder).ok() } else { None };
     whole.as_deref().unwrap_or(folder).file_name().unwrap_or_default().to_string_lossy().into_owned()

@@ -17,7 +17,7 @@ use crate::read::read_file;
 
 const HELP: &str = "write it with `umbragraph render --capture-all FOLDER`, or `--trace FILE.json`";
 
-/// Reads what was observed.
+/// Reads the captured pictures from a folder and the pass times from a trace; both are optional.
 ///
 /// # Errors
 /// A folder or a trace that cannot be read.

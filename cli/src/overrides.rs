@@ -14,7 +14,7 @@ use crate::arguments::Settings;
 use crate::session::Session;
 
 impl Session {
-    /// The values that the preset, the parameter files and the command line give, the last over the first.
+    /// Combines the values of the preset, the parameter files and the command line; later ones override earlier ones.
     pub(crate) fn overrides(&mut self, settings: &Settings, document: &Document) -> Overrides {
         let files: Vec<ParameterFile> =
             settings.params.iter().filter_map(|path| self.parameter_file(path)).collect();
@@ -36,7 +36,7 @@ impl Session {
         below.under(Overrides { parameters, features })
     }
 
-    /// A setting of the command line with `on` and `off` as the booleans that they are where one is declared.
+    /// Converts `on` and `off` to booleans in a command-line setting whose declared type is `bool`.
     fn switched(&mut self, mut setting: Override, section: &str, document: &Document) -> Option<Override> {
         let declared = document.root.entries_of(section);
         let entry = declared.iter().find(|entry| entry.key == setting.name);
@@ -71,7 +71,8 @@ impl Session {
         }
     }
 
-    /// `NAME=VALUE`; the value is JSON, or else a word.
+    /// Parses `NAME=VALUE`, where the value is JSON, or else a word. `None` if the form is invalid; the session records
+    /// the error.
     fn setting(&mut self, text: &str, without_value: Option<&str>) -> Option<Override> {
         let whole = self.on_command_line(text);
         let (name, value) = match (text.split_once('='), without_value) {
@@ -98,7 +99,7 @@ impl Session {
     }
 }
 
-/// Copies a value to a place of another text.
+/// Copies a value and moves its source spans to a place in another text.
 fn relocate(value: Value, place: Span) -> Value {
     let span = place.inside(value.span.range());
     let kind = match value.kind {

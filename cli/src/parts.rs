@@ -7,7 +7,7 @@ use std::path::Path;
 
 use umbragraph::low_level::pipeline::FileKind;
 
-/// One line about a file that is as its schema wants.
+/// Returns one line about a valid file that is no pipeline; empty for a pipeline.
 pub(crate) fn summary(path: &Path, kind: FileKind) -> String {
     let path = path.display();
     let (what, how) = match kind {

@@ -6,7 +6,7 @@ use crate::arguments::PlanArguments;
 use crate::session::Session;
 use crate::streams::{complain, print_json};
 
-/// Prints a plan; whether there were no errors, and no violations where they are looked for.
+/// Prints a plan. Returns `true` if there were no errors and, with `--verify`, no violations.
 pub(crate) fn run(arguments: &PlanArguments) -> bool {
     let mut session = Session::new(&arguments.choices.files);
     let checked = session.check(&arguments.pipeline, &arguments.choices);

@@ -5,22 +5,22 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-/// The stages of a run.
+/// The progress of a run: the line on the terminal, and the stages with their times.
 pub(crate) struct Progress {
     line: Option<ProgressBar>,
     stages: Vec<(&'static str, Duration)>,
-    /// The end of the last step.
+    /// The time at which the last step ended.
     since: Instant,
 }
 
 impl Progress {
-    /// A line on standard error, if that is a terminal.
+    /// Creates a progress line on standard error; without a line if that is no terminal.
     pub(crate) fn new() -> Self {
         let line = std::io::stderr().is_terminal().then(ProgressBar::new_spinner);
         Self { line, stages: Vec::new(), since: Instant::now() }
     }
 
-    /// Runs one stage. Among counted steps their line stays as it is.
+    /// Runs one stage and measures its time. While counted steps are shown, the progress line stays unchanged.
     pub(crate) fn stage<T>(&mut self, name: &'static str, work: impl FnOnce() -> T) -> T {
         if let Some(line) = self.line.as_ref().filter(|line| line.length().is_none()) {
             line.set_message(name);
@@ -56,7 +56,7 @@ impl Progress {
         self.since = Instant::now();
     }
 
-    /// Counts a step of the stage that was begun last.
+    /// Counts a step of the current stage.
     pub(crate) fn advance(&mut self) {
         if let Some(line) = &self.line {
             line.inc(1);
@@ -67,14 +67,14 @@ impl Progress {
         self.since = Instant::now();
     }
 
-    /// Removes the line.
+    /// Removes the progress line from the terminal.
     pub(crate) fn finish(&self) {
         if let Some(line) = &self.line {
             line.finish_and_clear();
         }
     }
 
-    /// The stages with their times.
+    /// Returns the names of the stages with their times, and the total.
     pub(crate) fn summary(&self) -> String {
         let total: Duration = self.stages.iter().map(|(_, time)| *time).sum();
         let stages: Vec<String> =

@@ -5,13 +5,13 @@ use std::path::Path;
 use umbragraph::diagnostic::Diagnostic;
 use umbragraph::low_level::compose::{read_bytes, unreadable};
 
-/// The largest file that is read.
+/// The maximum size in bytes of a file.
 const MAX_BYTES: u64 = 1 << 30;
 
-/// The bytes of a regular file: a pipe may never end.
+/// Returns the bytes of a regular file. Other files, such as pipes, are rejected since they may never end.
 ///
 /// # Errors
-/// No such file, one that is not regular or larger than 1 GiB, or an error of the system.
+/// A file that is missing, not regular or larger than 1 GiB, or an error of the operating system.
 pub(crate) fn read_file(path: &Path) -> Result<Vec<u8>, Diagnostic> {
     let bytes = read_bytes(path, MAX_BYTES)
         .and_then(|bytes| bytes.ok_or_else(|| std::io::Error::other("it is larger than 1 GiB")));

@@ -9,14 +9,14 @@ use umbragraph::low_level::session::Surveyed;
 /// The maximum number of names in a line.
 const NAMES: usize = 8;
 
-/// The configurations that parameters reach and `check` has not gone through.
+/// Returns the number of reachable configurations that `check` has not checked.
 pub(crate) fn left(covered: &Surveyed) -> u64 {
     let Some(reachable) = covered.reachable else { return 0 };
     let checked = covered.configurations.list.len() as u128;
     u64::try_from(reachable.number.saturating_sub(checked)).unwrap_or(u64::MAX)
 }
 
-/// A line for each thing, all indented; nothing where there is nothing to say.
+/// Returns the remarks on a pipeline, one indented line for each; empty if there are none.
 pub(crate) fn lines(path: &Path, covered: &Surveyed) -> String {
     let remarks = &covered.coverage.remarks;
     let mut text = String::new();

@@ -13,35 +13,35 @@ use umbragraph::low_level::files;
 pub(crate) use umbragraph::low_level::files::Unfinished;
 pub(crate) use umbragraph::low_level::files::unwritable;
 
-/// Writes a file as a whole, as [`files::replace`] does.
+/// Writes a file atomically, as [`files::replace`] does.
 ///
 /// # Errors
-/// As of it.
+/// The errors of [`files::replace`].
 pub(crate) fn replace(path: &Path, contents: impl AsRef<[u8]>) -> Result<(), Diagnostic> {
     watch();
     files::replace(path, contents)
 }
 
-/// Writes a text over a known one, as [`files::replace_if`] does.
+/// Replaces a text file if its contents are still `known`, as [`files::replace_if`] does.
 ///
 /// # Errors
-/// As of it.
+/// The errors of [`files::replace_if`].
 pub(crate) fn replace_if(path: &Path, known: &str, text: &str) -> Result<(), Diagnostic> {
     watch();
     files::replace_if(path, known, text)
 }
 
-/// Begins a file.
+/// Begins to write a file, which appears under its path once it is complete.
 ///
 /// # Errors
-/// As of [`Unfinished::create`].
+/// The errors of [`Unfinished::create`].
 #[cfg(feature = "gpu")]
 pub(crate) fn create(path: &Path) -> Result<(Unfinished, File), Diagnostic> {
     watch();
     Unfinished::create(path)
 }
 
-/// Sets the handler of interrupts, of which a command without pictures has none.
+/// Installs the interrupt handler, which removes unfinished files.
 fn watch() {
     #[cfg(feature = "gpu")]
     interrupt::watch();

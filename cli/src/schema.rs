@@ -7,7 +7,7 @@ use umbragraph::low_level::source::MAX_FILE_BYTES;
 use crate::arguments::{SchemaArguments, SchemaKind};
 use crate::streams::{complain, print_json};
 
-/// Prints the schema, or compares it with a file; whether they are alike.
+/// Prints the JSON Schema, or compares it with a file. Returns `true` if they are equal, or if it was printed.
 pub(crate) fn run(arguments: &SchemaArguments) -> bool {
     let of = |kind| pipeline::schema_of(kind, &umbragraph::registry());
     let (schema, said) = match arguments.of {

@@ -36,24 +36,24 @@ use crate::arguments::{Choices, Files};
 use crate::device::Graphics;
 use again::own_templates;
 
-/// A session over the disk, and the diagnostics of one run of the command.
+/// The compiler session on the disk's files, and the diagnostics of one run of the command.
 pub(crate) struct Session {
     session: umbragraph::low_level::session::Session,
     pub(crate) diagnostics: Diagnostics,
-    /// Those of folders that cannot be read.
+    /// The diagnostics about folders that cannot be read.
     #[cfg(feature = "lsp")]
     of_folders: Diagnostics,
     pub(crate) templates: Arc<TemplateSet>,
-    /// The files of the folder of templates, where one is given.
+    /// The files in the folder of `--templates`; `None` if no folder is given.
     pub(crate) own_files: Option<BTreeSet<FileId>>,
-    /// Folders below which scenes may name files, beside the working folder and their own.
+    /// Additional folders below which scenes may name files.
     #[cfg(feature = "gpu")]
     roots: Vec<PathBuf>,
-    /// A document that every pipeline includes after its extensions.
+    /// A document that is composed into every pipeline after its extensions; `None` if there is none.
     pub(crate) included: Option<String>,
 }
 
-/// A pipeline with the values and the profiles that it is checked with.
+/// A pipeline with the parameter values and the target profiles for its check.
 struct Configured {
     target: Target,
     overrides: Overrides,
@@ -61,12 +61,12 @@ struct Configured {
 }
 
 impl Session {
-    /// A session with the embedded templates, and those of a folder.
+    /// Creates a session with the embedded templates, and those of the given folder.
     pub(crate) fn new(files: &Files) -> Self {
         Self::with_more(files, |_| Vec::new())
     }
 
-    /// A session with further templates. `more` makes them from the templates that are known.
+    /// Creates a session with additional templates, which `more` makes from the known templates.
     pub(crate) fn with_more(files: &Files, more: impl FnOnce(&[Template]) -> Vec<Template>) -> Self {
         let roots = &files.root;
         let mut diagnostics = Diagnostics::new();
@@ -97,30 +97,30 @@ impl Session {
         }
     }
 
-    /// The texts that the diagnostics are about.
+    /// Returns the source texts that diagnostics refer to.
     pub(crate) fn sources(&self) -> &Sources {
         self.session.sources()
     }
 
-    /// The node kinds.
+    /// Returns the registry of node kinds.
     pub(crate) fn registry(&self) -> &Registry {
         self.session.registry()
     }
 
-    /// Lays a text over a file.
+    /// Sets a text that replaces the content of a file in this session.
     pub(crate) fn overlay(&mut self, path: &str, text: &str) {
         self.session.overlay(path, text.as_bytes());
     }
 
-    /// The files that were read.
+    /// Returns `true` if the session has read the file.
     pub(crate) fn has_read(&self, name: &str) -> bool {
         self.session.has_read(Path::new(name))
     }
 
-    /// Loads a scene, and keeps its diagnostics.
+    /// Loads a scene and adds its warnings to the diagnostics.
     ///
     /// # Errors
-    /// No scene.
+    /// A scene that cannot be loaded.
     #[cfg(feature = "gpu")]
     pub(crate) fn scene(&mut self, path: &Path) -> Result<Scene, Diagnostics> {
         let scene = umbragraph::scene::load_below(path, self.roots(path))?;
@@ -128,39 +128,39 @@ impl Session {
         Ok(scene)
     }
 
-    /// Goes on where there is a plan, and nothing wrong.
+    /// Returns `Ok` if there is a plan and no error.
     ///
     /// # Errors
-    /// No further ones than the session has.
+    /// An empty list, since the session already has the errors.
     #[cfg(feature = "gpu")]
     pub(crate) fn ensure_fine(&self, checked: &CheckReport) -> Result<(), Diagnostics> {
         let is_fine = checked.plan.is_some() && !self.diagnostics.has_errors();
         if is_fine { Ok(()) } else { Err(Diagnostics::new()) }
     }
 
-    /// The place of a text that is on the command line.
+    /// Adds text of the command line to the sources, and returns its span.
     pub(crate) fn on_command_line(&mut self, text: &str) -> Span {
         self.session.text("<command line>", text)
     }
 
-    /// The place of a text that the command has read by itself.
+    /// Adds a text that the command has read itself to the sources, and returns its span.
     pub(crate) fn text_of(&mut self, name: &str, text: &str) -> Span {
         self.session.text(name, text)
     }
 
-    /// The folders that a document may read.
+    /// Returns the folders from which a document may read files.
     #[cfg(feature = "gpu")]
     pub(crate) fn roots(&self, document: &Path) -> Roots {
         self.roots.iter().fold(Roots::of(document), |roots, folder| roots.and(folder))
     }
 
-    /// A pipeline, composed of its files, with the passes of extensions put in; `None` where they are no document.
+    /// Loads a pipeline with its files and extensions; `None` if the files are no valid JSON document.
     pub(crate) fn open(&mut self, path: &Path, extensions: &[PathBuf]) -> Option<Loaded> {
         let target = self.target(path, extensions);
         self.load(&target).filter(|loaded| loaded.document().is_some())
     }
 
-    /// Reads all files that pipelines are made of.
+    /// Reads all files of the pipelines.
     pub(crate) fn read_all(&mut self, paths: &[PathBuf], extensions: &[PathBuf]) {
         for path in paths {
             // What cannot be read is said when the pipeline is loaded.
@@ -168,29 +168,30 @@ impl Session {
         }
     }
 
-    /// Holds a file that is no pipeline to the schema of its kind; `None` for a pipeline and for what cannot be read.
+    /// Checks a file that is no pipeline against the schema of its kind; `None` for a pipeline and for a file that
+    /// cannot be read.
     pub(crate) fn check_part(&mut self, path: &Path) -> Option<FileKind> {
         let (kind, diagnostics) = self.session.check_part(path)?;
         self.diagnostics.extend(diagnostics);
         Some(kind)
     }
 
-    /// The session itself, for what keeps it. It reports the folders that are missing with every pipeline.
+    /// Returns the inner session. It then reports missing folders with every pipeline.
     #[cfg(feature = "lsp")]
     pub(crate) fn into_session(mut self) -> umbragraph::low_level::session::Session {
         self.session.report_always(self.of_folders);
         self.session
     }
 
-    /// A document as it is written.
+    /// Parses a file as a JSON document, without composing it with other files.
     pub(crate) fn read(&mut self, path: &Path) -> Result<Document, Diagnostics> {
         self.session.document(path)
     }
 
-    /// A JSON file of the user's that is no document; one that is missing has no likeness among documents.
+    /// Parses a JSON file with figures, such as budgets. If the file is missing, similar file names are not suggested.
     ///
     /// # Errors
-    /// As of [`Self::read`].
+    /// The errors of [`Self::read`].
     pub(crate) fn read_figures(&mut self, path: &Path) -> Result<Document, Diagnostics> {
         match std::fs::metadata(path) {
             Ok(_) => self.read(path),
@@ -206,14 +207,14 @@ impl Session {
         }
     }
 
-    /// Loads a pipeline, and keeps the diagnostics of its files.
+    /// Loads a pipeline and adds the diagnostics of its files; `None` after an error.
     fn load(&mut self, target: &Target) -> Option<Loaded> {
         let loaded = self.session.load_exactly(target).ok()?;
         self.diagnostics.extend(self.session.diagnose(target).ok()?);
         Some(loaded)
     }
 
-    /// Plans a pipeline for the requested profile, or for the first that it claims.
+    /// Plans a pipeline for the requested profile, or else for the first one that the pipeline claims.
     pub(crate) fn check(&mut self, path: &Path, choices: &Choices) -> CheckReport {
         let Some(Configured { target, overrides, profiles }) = self.configured(path, choices) else {
             return CheckReport::default();
@@ -225,7 +226,8 @@ impl Session {
             .unwrap_or_default()
     }
 
-    /// Plans again on a device that may have less than the profile. Keeps `checked` if the device meets its plan.
+    /// Plans again for a device that may support less than the profile. Returns `checked` unchanged if the device
+    /// supports its plan.
     #[cfg(feature = "gpu")]
     pub(crate) fn check_on(
         &mut self,
@@ -255,7 +257,7 @@ impl Session {
         checked
     }
 
-    /// Plans a pipeline, and returns what traces its values to their origins.
+    /// Plans a pipeline, and also returns the data that traces its values to their origins.
     pub(crate) fn trace(
         &mut self,
         path: &Path,
@@ -269,7 +271,7 @@ impl Session {
         Some((self.session.load(&target).ok()?, overrides, checked))
     }
 
-    /// A pipeline without settings on a profile, and what is said of it, which this session does not keep.
+    /// Plans a pipeline without settings for a profile. Its diagnostics are returned, not added to this session.
     #[cfg(feature = "gpu")]
     pub(crate) fn plan_aside(&mut self, target: &Target, profile: TargetProfile) -> Option<Planned> {
         let choice = Choice::new(profile, PlanOptions::new(1280, 720));
@@ -289,8 +291,8 @@ impl Session {
         planned.report
     }
 
-    /// Plans a pipeline in every configuration and compares it with what scenes provide. With `only_one` only the
-    /// configuration of the settings is planned. Profiles are the requested one, or each that the pipeline claims.
+    /// Plans a pipeline in every configuration and compares it with the inputs that scenes provide. With `only_one`,
+    /// only the given settings are planned. Profiles are the requested one, or each that the pipeline claims.
     pub(crate) fn check_all(
         &mut self,
         path: &Path,
@@ -331,13 +333,13 @@ impl Session {
         Some(Configured { target, overrides, profiles })
     }
 
-    /// Adds diagnostics; what holds for several profiles is said once.
+    /// Adds diagnostics, except those that the session already has, for example from another profile.
     pub(crate) fn add_new(&mut self, diagnostics: impl IntoIterator<Item = Diagnostic>) {
         let known: HashSet<_> = self.diagnostics.iter().map(Diagnostic::key).collect();
         self.diagnostics.extend(diagnostics.into_iter().filter(|new| !known.contains(&new.key())));
     }
 
-    /// The options of a check.
+    /// Returns the options of a check.
     pub(crate) fn check_options<'a>(
         &'a self,
         profile: &'a TargetProfile,
@@ -347,12 +349,12 @@ impl Session {
         CheckOptions { registry: self.registry(), templates: &self.templates, profile, overrides, plan }
     }
 
-    /// The options of the plan, from the choices.
+    /// Returns the options of the plan from the command line.
     pub(crate) fn options(choices: &Choices) -> PlanOptions {
         PlanOptions::new(choices.size[0], choices.size[1]).objective(choices.objective)
     }
 
-    /// The profiles of names on the command line; `None` with a diagnostic for each name that no profile has.
+    /// Returns the profiles that the command line names; `None` after adding a diagnostic for each unknown name.
     pub(crate) fn profiles_named(&mut self, names: &[String]) -> Option<Vec<TargetProfile>> {
         let mut profiles = Vec::new();
         let mut fine = true;
@@ -370,12 +372,13 @@ impl Session {
     }
 }
 
-/// The profiles asked for, or else those that a document claims; unknown claims are diagnostics of its load.
+/// Returns the requested profiles, or else those that a document claims. Unknown claims are reported when the document
+/// is loaded.
 pub(crate) fn profiles(document: &Document, asked: Vec<TargetProfile>) -> Vec<TargetProfile> {
     if asked.is_empty() { pipeline::claimed_profiles(document, &mut Diagnostics::new()) } else { asked }
 }
 
-/// A judge that runs a plan through wgpu on a device with a profile's limits and features.
+/// Returns a function that validates a plan with wgpu on a device with a profile's limits and features.
 #[cfg(feature = "gpu")]
 pub(crate) fn dry_run(profile: &TargetProfile) -> impl FnMut(&Arc<Plan>) -> Diagnostics + use<> {
     let mut dry_run = pollster::block_on(DryRun::new(profile));
@@ -385,13 +388,13 @@ pub(crate) fn dry_run(profile: &TargetProfile) -> impl FnMut(&Arc<Plan>) -> Diag
     }
 }
 
-/// The dry run of a build without wgpu: it finds nothing.
+/// Returns a function without effect, for a build without wgpu.
 #[cfg(not(feature = "gpu"))]
 pub(crate) fn dry_run(_: &TargetProfile) -> impl FnMut(&Arc<Plan>) -> Diagnostics + use<> {
     |_| Diagnostics::new()
 }
 
-/// The violations that a second algorithm finds in a plan, in words.
+/// Describes the violations that a second, independent algorithm finds in a plan.
 fn verify(plan: &Plan, options: &PlanOptions) -> Vec<String> {
     umbragraph_verify::verify(plan, options).iter().map(ToString::to_string).collect()
 }

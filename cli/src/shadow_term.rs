@@ -9,13 +9,13 @@ use umbragraph::low_level::document::Value;
 use crate::arguments::Choices;
 use crate::codes;
 
-/// The parameter.
+/// The parameter that selects the debug view.
 pub(crate) const PARAMETER: &str = "debug_view";
 
-/// Its value.
+/// The value that selects the shadow term.
 const VALUE: &str = "shadow_term";
 
-/// The choices under which the picture is the shadow term, unless they say what it is.
+/// Adds the setting that makes the shadow term the picture, unless the parameter is already set.
 pub(crate) fn choices(choices: &Choices) -> Choices {
     let mut choices = choices.clone();
     let is_said = |set: &String| set.split_once('=').is_some_and(|(name, _)| name == PARAMETER);
@@ -25,8 +25,10 @@ pub(crate) fn choices(choices: &Choices) -> Choices {
     choices
 }
 
+/// Checks that a pipeline document has a parameter value for the shadow term.
+///
 /// # Errors
-/// A document of a pipeline that does not show it.
+/// A document without the value.
 pub(crate) fn required(document: &Value) -> Result<(), Diagnostic> {
     let view = document.get("parameters").and_then(|parameters| parameters.get(PARAMETER));
     let values = view.and_then(|view| view.get("values")).and_then(Value::elements).unwrap_or_default();

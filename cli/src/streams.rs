@@ -12,22 +12,22 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use umbragraph::diagnostic::render::{visible, visible_json};
 
-/// Whether something could not be written to standard output.
+/// Set once a write to standard output has failed.
 static LOST: AtomicBool = AtomicBool::new(false);
-/// Whether nobody reads standard output any more.
+/// Set once the reader has closed standard output.
 static CLOSED: AtomicBool = AtomicBool::new(false);
 
-/// Prints a text for people to standard output.
+/// Prints text for people to standard output; control characters are made visible.
 pub(crate) fn print(text: &str) {
     write(visible(text).as_bytes());
 }
 
-/// Prints JSON to standard output.
+/// Prints JSON to standard output; control characters are escaped.
 pub(crate) fn print_json(text: &str) {
     write(visible_json(text).as_bytes());
 }
 
-/// Prints the contents of a file, or of what is to become one, to standard output.
+/// Prints the contents of a file to standard output, unchanged unless it is a terminal.
 pub(crate) fn print_contents(bytes: &[u8]) {
     if std::io::stdout().is_terminal() {
         print(&String::from_utf8_lossy(bytes));
@@ -36,7 +36,7 @@ pub(crate) fn print_contents(bytes: &[u8]) {
     }
 }
 
-/// Prints a text to standard error; diagnostics in it have colors on a terminal, unless `NO_COLOR` is set.
+/// Prints a text to standard error; diagnostics have colors on a terminal, unless `NO_COLOR` is set.
 pub(crate) fn complain(text: &str) {
     let mut output = std::io::stderr().lock();
     let text = visible(text);
@@ -46,8 +46,7 @@ pub(crate) fn complain(text: &str) {
     let _ = output.write_all(text.as_bytes()).and_then(|()| output.flush());
 }
 
-/// Diagnostics with colors. Excerpts of files stand behind the numbers of their lines, so they cannot be taken for
-/// them.
+/// Adds terminal colors to diagnostics. Lines of source excerpts begin with a line number, so they stay uncolored.
 fn colored(text: &str) -> String {
     const SEVERITIES: [(&str, &str); 3] = [("error", "1;31"), ("warning", "1;33"), ("note", "1;36")];
     let mut out = String::new();
@@ -75,12 +74,12 @@ fn colored(text: &str) -> String {
     out
 }
 
-/// Whether something that was printed is lost.
+/// Returns `true` if some output could not be written.
 pub(crate) fn is_lost() -> bool {
     LOST.load(Ordering::Relaxed)
 }
 
-/// Whether nobody reads standard output any more.
+/// Returns `true` if the reader has closed standard output.
 pub(crate) fn is_closed() -> bool {
     CLOSED.load(Ordering::Relaxed)
 }

@@ -19,21 +19,22 @@ use umbragraph::low_level::shader::permutations::{Opinion, Validator};
 /// The command of an external validator.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct ExternalValidator {
-    /// The command as it is written.
+    /// The command line as the user wrote it.
     pub(crate) text: String,
     pub(crate) program: String,
     pub(crate) arguments: Vec<String>,
-    /// For one text.
+    /// The time limit for one shader source.
     pub(crate) time_limit: Duration,
     /// The place of the command's text, for diagnostics about the command itself.
     pub(crate) place: Place,
 }
 
 impl ExternalValidator {
-    /// Reads a command line: words apart by white space, with single or double quotes around words that contain some.
+    /// Parses a command line: words separated by white space, with single or double quotes around words that contain
+    /// white space.
     ///
     /// # Errors
-    /// Why the line is no command.
+    /// The reason why the command line is invalid.
     pub(crate) fn parse(line: &str) -> Result<Self, &'static str> {
         let mut words: Vec<String> = Vec::new();
         let mut word: Option<String> = None;
@@ -93,7 +94,7 @@ impl ExternalValidator {
 }
 
 impl Validator for ExternalValidator {
-    /// The name under which diagnostics show the validator: that of its program.
+    /// Returns the validator's name in diagnostics: the file name of its program.
     fn name(&self) -> &str {
         Path::new(&self.program).file_name().and_then(|name| name.to_str()).unwrap_or(&self.program)
     }
@@ -102,7 +103,7 @@ impl Validator for ExternalValidator {
         self.place.clone()
     }
 
-    /// Runs the command on a text.
+    /// Runs the command on a shader source.
     fn judge(&self, wgsl: &str) -> Opinion {
         let folder = match TemporaryFolder::new() {
             Ok(folder) => folder,
@@ -126,7 +127,7 @@ impl Validator for ExternalValidator {
     }
 }
 
-/// Kills a process that leads a group, and on Unix the group.
+/// Kills the leader of a process group, and on Unix the entire group.
 fn kill_with_children(child: &mut Child) {
     // The process is not waited for yet, so its number, which is that of the group, belongs to nobody else.
     #[cfg(unix)]

@@ -17,37 +17,37 @@ use crate::measured::Measured;
 use crate::permutations::Shard;
 use crate::replace::{replace, unwritable};
 
-/// The outcome of a run.
+/// The result of a `permutations` run.
 #[derive(Default)]
 pub(crate) struct Outcome {
-    /// The hash of all that it follows from but the shard.
+    /// The hash of everything that determines the result, except the shard: files, options and version.
     pub(crate) run: String,
-    /// The part of the whole that was proven; all without one.
+    /// The validated part of the work; `None` for all of it.
     pub(crate) shard: Option<Shard>,
-    /// Whether options chose a part of what is reached, or more.
+    /// Set if options made the validated set differ from the reachable set of variants.
     pub(crate) is_partial: bool,
     pub(crate) reached: Vec<ReachedConfigurations>,
     pub(crate) permutations: Permutations,
-    /// Figures of an offline compiler.
+    /// Measurements of an offline compiler.
     pub(crate) measured: Option<Measured>,
 }
 
-/// The configurations of one pipeline.
+/// The reachable configurations of one pipeline.
 #[derive(Serialize)]
 pub(crate) struct ReachedConfigurations {
     pub(crate) pipeline: String,
     pub(crate) configurations: Count,
-    /// The number of loaded configurations, which show every pass in all its states.
+    /// The number of loaded configurations, which together contain every pass in all its states.
     pub(crate) loaded: usize,
-    /// Loaded ones in which values of parameters do not go together.
+    /// The number of loaded configurations with incompatible parameter values.
     pub(crate) rejected: usize,
-    /// The requests that reach them.
+    /// The indices of the validation requests for these configurations.
     #[serde(skip)]
     pub(crate) requests: Range<usize>,
-    /// The passes that reach each request.
+    /// The passes that each validation request belongs to.
     #[serde(skip)]
     pub(crate) reaching: Vec<Reaching>,
-    /// The place of each pass.
+    /// The source place of each pass.
     #[serde(skip)]
     pub(crate) places: BTreeMap<String, Span>,
 }
@@ -55,22 +55,22 @@ pub(crate) struct ReachedConfigurations {
 /// The JSON output. `templates` has one entry for each pass and product of axis values.
 #[derive(Serialize)]
 struct Document<'a> {
-    /// The hash of all that it follows from but the shard: files, options, version.
+    /// The hash of everything that determines the result, except the shard: files, options and version.
     run: &'a str,
     diagnostics: Vec<serde_json::Value>,
-    /// The part of the whole that this is.
+    /// The part of the work in this report; `None` for all of it.
     shard: Option<Shard>,
-    /// Whether options chose a part of what is reached, or more.
+    /// Set if options made the validated set differ from the reachable set of variants.
     partial: bool,
     pipelines: Vec<ReachedPipeline<'a>>,
     templates: &'a [TemplateReport],
     combinations: Count,
     texts: usize,
-    /// The number of texts that were proven by themselves; the verdicts of the others follow.
+    /// The number of shader sources that naga validated directly; the verdicts of the others follow from them.
     proven: usize,
-    /// Declarations with what they see of others.
+    /// The number of distinct declarations, each counted together with the declarations that it refers to.
     declarations: usize,
-    /// Figures of an offline compiler, by the hashes of variants.
+    /// Measurements of an offline compiler, by the hashes of variants.
     #[serde(skip_serializing_if = "Option::is_none")]
     measured: Option<&'a Measured>,
 }
@@ -80,11 +80,11 @@ struct Document<'a> {
 struct ReachedPipeline<'a> {
     #[serde(flatten)]
     counts: &'a ReachedConfigurations,
-    /// The texts of passes and profiles, as a lock has them.
+    /// The shader sources of passes and profiles, as in a lock file.
     reached: Pipeline,
 }
 
-/// The reports of one pass together.
+/// The combined reports of one pass.
 struct Summary<'a> {
     template: &'a str,
     covered: Count,
@@ -99,8 +99,8 @@ impl Outcome {
         self.permutations.templates.iter().fold(Count::ZERO, |sum, report| sum.plus(report.covered))
     }
 
-    /// The coverage, for people: a line for each pipeline; in full also one for each pass, and one for all, whose end
-    /// is [`proven_now`].
+    /// Describes the coverage for people, with a line for each pipeline. With `in_full`, adds a line for each pass, and
+    /// a total whose end is [`proven_now`].
     pub(crate) fn human(&self, in_full: bool) -> String {
         let mut text = String::new();
         // Writing to a string cannot fail.
@@ -171,7 +171,7 @@ impl Outcome {
         text
     }
 
-    /// The shaders that the pipelines reach, as their lock has them; with the places of passes.
+    /// Returns the reachable shaders for the lock file, and the source places of passes.
     pub(crate) fn lock(&self, file: &LockFile<'_>) -> (Lock, PassPlaces) {
         let (mut lock, mut places) = (Lock::default(), PassPlaces::new());
         for reached in &self.reached {
@@ -183,7 +183,7 @@ impl Outcome {
         (lock, places)
     }
 
-    /// The lines of templates that cost most in the text of a pass that costs most, the most expensive first.
+    /// Returns the most expensive template lines in the most expensive variant of a pass, the most expensive first.
     pub(crate) fn expensive(
         &self,
         templates: &TemplateSet,
@@ -205,7 +205,7 @@ impl Outcome {
         of.map(|report| report.expensive(templates, variant, MAX)).unwrap_or_default()
     }
 
-    /// The passes of a pipeline together.
+    /// Appends a summary of all passes of a pipeline.
     fn sum(&self, text: &mut String, requests: &Range<usize>) {
         let is_of = |report: &&TemplateReport| requests.contains(&report.request);
         let reports = || self.permutations.templates.iter().filter(is_of);
@@ -232,7 +232,7 @@ impl Outcome {
         }
     }
 
-    /// The whole report as JSON.
+    /// Returns the complete report as JSON.
     pub(crate) fn json(&self, diagnostics: Vec<serde_json::Value>) -> String {
         let pipeline = |counts| ReachedPipeline {
             counts,
@@ -255,7 +255,7 @@ impl Outcome {
     }
 }
 
-/// The number of texts that had to be proven; the end of the last line.
+/// Returns the end of the last line: the number of shader sources that this run had to validate.
 pub(crate) fn proven_now(proven: usize, texts: usize) -> String {
     match proven {
         0 => "; nothing had to be proven again\n".to_owned(),
@@ -268,7 +268,7 @@ fn plural(count: Count, what: &str) -> String {
     format!("{count} {what}{}", if count.number == 1 { "" } else { "s" })
 }
 
-/// Writes every distinct text to a folder.
+/// Writes every distinct shader source to a folder.
 pub(crate) fn write(
     folder: &Path,
     templates: &TemplateSet,

@@ -13,11 +13,11 @@ use crate::arguments::ViewArguments;
 use crate::codes;
 use crate::streams::complain;
 
-/// The name of the program.
+/// The name of the viewer's program.
 const NAME: &str = "umbragraph-view";
 
-/// Runs the viewer until its window is closed. The exit status is that of the viewer, which has the meanings of the
-/// command.
+/// Runs the viewer until its window is closed. Returns the viewer's exit status, which has the same meanings as that of
+/// this command.
 pub(crate) fn run(arguments: &ViewArguments) -> ExitCode {
     let program = found();
     match Command::new(&program).args(&arguments.arguments).status() {
@@ -37,7 +37,7 @@ pub(crate) fn run(arguments: &ViewArguments) -> ExitCode {
     }
 }
 
-/// The program beside this one, or its name, which the operating system looks for on PATH.
+/// Returns the viewer's path beside this executable, or else its name, which the operating system searches on PATH.
 fn found() -> PathBuf {
     let beside = std::env::current_exe().ok().map(|own| own.with_file_name(NAME));
     let beside = beside.map(|path| path.with_extension(std::env::consts::EXE_EXTENSION));

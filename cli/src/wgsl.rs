@@ -9,7 +9,7 @@ use crate::arguments::WgslArguments;
 use crate::session::Session;
 use crate::streams::print_contents;
 
-/// Prints the shaders of a pipeline, or of one of its passes; whether there were no errors.
+/// Prints the shaders of a pipeline or of one of its passes. Returns `true` if there were no errors.
 pub(crate) fn run(arguments: &WgslArguments) -> bool {
     let mut session = Session::new(&arguments.choices.files);
     let checked = session.check(&arguments.pipeline, &arguments.choices);
@@ -76,7 +76,7 @@ fn unknown_name(session: &mut Session, what: &str, name: &str, names: &[&str]) {
     }));
 }
 
-/// The distinct modules that are wanted. Of a binary there is one only.
+/// Returns the distinct shader modules to print; a single one for a binary format.
 fn modules<'a>(
     pipeline: &'a TypedPipeline,
     program: ProgramHandle,

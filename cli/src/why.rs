@@ -7,7 +7,8 @@ use crate::arguments::{AnswerFormat, WhyArguments};
 use crate::session::Session;
 use crate::streams::{print, print_json};
 
-/// Tells of a name, or of the memory of two; whether there is such a name, and no error in the pipeline.
+/// Explains a name, or the memory that two resources share. Returns `true` if the name exists and the pipeline has no
+/// error.
 pub(crate) fn run(arguments: &WhyArguments) -> bool {
     let mut session = Session::new(&arguments.choices.files);
     let Some((loaded, overrides, checked)) = session.trace(&arguments.pipeline, &arguments.choices) else {

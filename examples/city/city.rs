@@ -4,10 +4,10 @@
 
 use glam::{Mat4, Vec3};
 
-/// Boxes, the plain among them.
+/// The number of boxes, including the plain.
 pub(crate) const COUNT: u32 = 500;
 
-/// The city on a device.
+/// The vertex buffer and the instance matrices of the city on a device.
 pub(crate) struct City {
     pub(crate) vertices: wgpu::Buffer,
     pub(crate) matrices: wgpu::Buffer,
@@ -34,7 +34,7 @@ impl City {
     }
 }
 
-/// The matrix of a box: the first is the plain, the others are houses along streets.
+/// The world matrix of the box with index `at`: 0 is the plain, all others are houses along streets.
 pub(crate) fn matrix(at: u32) -> Mat4 {
     if at == 0 {
         return Mat4::from_translation(Vec3::NEG_Y) * Mat4::from_scale(Vec3::new(200.0, 2.0, 200.0));
@@ -45,7 +45,8 @@ pub(crate) fn matrix(at: u32) -> Mat4 {
     Mat4::from_translation(Vec3::new(x as f32, 0.5 * height, z as f32)) * house
 }
 
-/// World from view and clip from view at a moment, for a width over height.
+/// The matrices from view to world space and from view to clip space, at a time in seconds. `aspect` is width over
+/// height.
 pub(crate) fn camera(time: f32, aspect: f32) -> [[[f32; 4]; 4]; 2] {
     let eye = Vec3::new(60.0 * time.cos(), 40.0, 60.0 * time.sin());
     let back = eye.normalize();
@@ -61,7 +62,8 @@ pub(crate) fn camera(time: f32, aspect: f32) -> [[[f32; 4]; 4]; 2] {
     [axes.map(|axis| axis.to_array()), depth]
 }
 
-/// A cube of side 1 whose top is lighter, counter-clockwise from outside.
+/// The vertices of a cube with sides of 1 and a lighter top: position, normal and colour. Triangles are
+/// counter-clockwise seen from outside.
 fn cube() -> Vec<f32> {
     let mut numbers = Vec::new();
     for normal in [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_Z] {

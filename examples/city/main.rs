@@ -49,7 +49,7 @@ fn run(out: &Path) -> Result<(), Box<dyn std::error::Error>> {
     Ok(encoder.write_header()?.write_image_data(&texels)?)
 }
 
-/// A device with the limits that WebGPU promises.
+/// Opens a device with the default limits of WebGPU.
 async fn open() -> Result<(wgpu::Device, wgpu::Queue), Box<dyn std::error::Error>> {
     let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
     let adapter = instance.request_adapter(&wgpu::RequestAdapterOptions::default()).await?;

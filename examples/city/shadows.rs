@@ -33,7 +33,7 @@ pub(crate) fn pipeline() -> Result<Pipeline, Error> {
     Library::new().templates(&folder).host("city", interface()).load(folder.join("city.json"))
 }
 
-/// Records a frame into a texture of any size and format; the renderer plans again where they are others.
+/// Records a frame into a texture of any size and format. The renderer makes a new plan if size or format has changed.
 pub(crate) fn record(
     (renderer, pipeline): (&mut Renderer, &Pipeline),
     encoder: &mut wgpu::CommandEncoder,

@@ -25,19 +25,19 @@ use umbragraph::scene::Scene;
 use umbragraph_test_support::gpu::{self, Gpu};
 use umbragraph_test_support::image::{Channels, Picture};
 
-/// Width and height of a cell in texels, without its label.
+/// The width and height of a cell in pixels, without its label.
 const CELL: [u32; 2] = [200, 170];
 
-/// The height of a label.
+/// The height of a label, in pixels.
 const LABEL: u32 = 20;
 
-/// A parameter with its value.
+/// The name of a parameter or feature, and its value as JSON.
 type Setting = (&'static str, &'static str);
 
-/// A column: a label, features, and parameters.
+/// A column of the sheet: its label, features and parameters.
 type Column = (&'static str, &'static [Setting], &'static [Setting]);
 
-/// All cascades and spots by moments.
+/// The parameters that filter all cascades and spots with moments.
 const MOMENTS: &[Setting] =
     &[("moment_cascades", "\"all\""), ("moment_spots", "true"), ("blur_radius", "12")];
 
@@ -59,8 +59,7 @@ const COLUMNS: [Column; 15] = [
     ("MSM", &[("moment_filter", "\"msm\"")], MOMENTS),
 ];
 
-/// A scene with how far around it the light reaches: a radius in metres, and the angle that a sun of that size has
-/// there.
+/// A scene, the radius of its lamp in metres, and the angular diameter in degrees of a sun of about that size.
 type Subject = (Scene, f32, f32);
 
 fn main() {
@@ -124,7 +123,7 @@ fn render(
     Host::new(gpu, &outcome, &subject.0).picture(&frame(subject, kind))
 }
 
-/// A shadow from near by, in the light of one lamp.
+/// The frame input with one lamp of a kind and a camera close to the shadow.
 fn frame((subject, radius, degrees): &Subject, kind: LightKind) -> FrameInput {
     let mut input = subject.frame_input(f64::from(CELL[0]) / f64::from(CELL[1]), 0.0);
     let position = DVec3::new(2.4, 2.9, 2.6);

@@ -22,7 +22,7 @@ pub(crate) fn table() -> Scene {
     from_slice("table.glb", &document.glb(), &NoFiles).unwrap_or_else(|found| panic!("{found:?}"))
 }
 
-/// Pickets of growing height in a row.
+/// A fence: a row of pickets of different heights, with two rails.
 fn fence() -> Shape {
     let mut fence = Shape::new();
     for at in 0..9 {
@@ -33,7 +33,7 @@ fn fence() -> Shape {
     fence.joined(&rail(0.3)).joined(&rail(0.1))
 }
 
-/// From the table to the wall.
+/// A ladder that leans from the table against the wall.
 fn ladder() -> Shape {
     let (foot, head) = (vec3(-1.0, 0.0, -1.0), vec3(-1.0, 1.7, -1.96));
     let side = |x: f64, point: Vec3| vec3(point.x + x, point.y, point.z);
@@ -48,7 +48,7 @@ fn ladder() -> Shape {
     ladder
 }
 
-/// Flat above the table, its finger tips lower than its wrist.
+/// A hand above the table, with its finger tips lower than its wrist.
 fn hand() -> Shape {
     let mut hand = block(vec3(-0.1, 0.50, -0.12), vec3(0.1, 0.54, 0.12));
     hand.join(&rod(vec3(0.08, 0.53, 0.0), vec3(0.6, 0.75, 0.1), 0.05, 12));

@@ -20,14 +20,14 @@ use umbragraph::scene::Scene;
 use umbragraph_test_support::gpu::{self, Gpu};
 use umbragraph_test_support::image::{Channels, Picture};
 
-/// Width and height of a cell with a scene, and of one without.
+/// The width and height of a cell with a scene, in pixels. `SMALL_CELL` is for pictures without a scene.
 const CELL: [u32; 2] = [320, 180];
 const SMALL_CELL: [u32; 2] = [160, 90];
 
-/// Texels between cells, and around labels.
+/// The gap between cells and around labels, in pixels.
 const GAP: u32 = 4;
 
-/// The frames that are drawn, of which the last is shown: what gathers over frames has gathered.
+/// The number of frames drawn for a picture; only the last is shown, when history resources have converged.
 const FRAMES: u64 = 8;
 
 const MAX_BYTES: u64 = 2 << 20;
@@ -72,7 +72,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-/// The names of files of a folder, sorted.
+/// The sorted names of the files in a folder that end in `extension`, without that ending.
 fn names(folder: &str, extension: &str) -> std::io::Result<Vec<String>> {
     let mut names = Vec::new();
     for entry in std::fs::read_dir(root().join(folder))? {
@@ -90,7 +90,7 @@ fn shows_a_picture(outcome: &Outcome) -> bool {
     outcome.plan().resources.contains_key("target")
 }
 
-/// The picture of a scene; `None` if the pipeline leaves lights of it unread.
+/// Draws a scene with a pipeline; `None` if the pipeline does not use all lights of the scene.
 fn drawn(gpu: &Gpu, outcome: &Outcome, scene: &Scene) -> Option<Picture> {
     let [width, height] = outcome.plan().viewport;
     let mut host = Host::new(gpu, outcome, scene);
@@ -103,7 +103,7 @@ fn drawn(gpu: &Gpu, outcome: &Outcome, scene: &Scene) -> Option<Picture> {
     host.executor.unread_lights(&input).is_empty().then_some(picture)
 }
 
-/// Cells in rows, each below its label.
+/// Arranges cells in rows, each below its label. Cells are `width` × `height` pixels.
 fn sheet(cells: Vec<(String, Picture)>, columns: u32, [width, height]: [u32; 2]) -> Picture {
     let columns = columns.min(cells.len() as u32).max(1);
     let rows = (cells.len() as u32).div_ceil(columns).max(1);
@@ -118,7 +118,7 @@ fn sheet(cells: Vec<(String, Picture)>, columns: u32, [width, height]: [u32; 2])
     sheet
 }
 
-/// Writes a sheet; how many bytes it has.
+/// Writes a sheet as a JPEG file, and returns its size in bytes.
 fn save(path: &Path, sheet: &Picture) -> Result<u64, Box<dyn std::error::Error>> {
     let mut bytes = Vec::new();
     let encoder = JpegEncoder::new_with_quality(&mut bytes, 85);

@@ -8,32 +8,32 @@ use super::shape::Shape;
 use super::streams::{Streams, Weight};
 use super::vector::Placement;
 
-/// Names a material of a document.
+/// The index of a material in a document.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct MaterialId(usize);
 
-/// Names a mesh of a document.
+/// The index of a mesh in a document.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct MeshId(usize);
 
-/// Names a node of a document.
+/// The index of a node in a document.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct NodeId(usize);
 
-/// A surface to be added.
+/// The parameters of a material to be added to a document.
 #[derive(Clone, Debug)]
 pub(crate) struct Material<'a> {
     pub(crate) name: &'a str,
-    /// Linear base colour, multiplied with the texture.
+    /// Linear base colour, multiplied with the texture if there is one.
     pub(crate) color: [f64; 3],
-    /// Linear colour that it emits.
+    /// Linear colour that the surface emits.
     pub(crate) emissive: [f64; 3],
-    /// A PNG file.
+    /// The contents of a PNG file with the base colour; `None` for a plain colour.
     pub(crate) texture: Option<Vec<u8>>,
-    /// Draws only where alpha is at least this.
+    /// The smallest alpha that is drawn; `None` for a surface without an alpha test.
     pub(crate) alpha_cutoff: Option<f64>,
     pub(crate) double_sided: bool,
-    /// Below 1 it is blended with what is behind it.
+    /// The opacity from 0 to 1; below 1, the surface is blended with the surfaces behind it.
     pub(crate) opacity: f64,
 }
 
@@ -51,25 +51,26 @@ impl Default for Material<'_> {
     }
 }
 
-/// A light to be added; it shines along −Z of its node.
+/// The parameters of a light to be added. The light shines along −Z of its node.
 #[derive(Clone, Debug)]
 pub(crate) struct Light<'a> {
     pub(crate) name: &'a str,
-    /// `directional`, `point` or `spot`.
+    /// The type of the light: `directional`, `point` or `spot`.
     pub(crate) kind: &'a str,
     pub(crate) color: [f64; 3],
-    /// Lux for a directional light, else candela.
+    /// The intensity: lux for a directional light, else candela.
     pub(crate) intensity: f64,
-    /// In metres.
+    /// The range in metres; `None` for an unlimited range.
     pub(crate) range: Option<f64>,
-    /// Inner and outer angle from the axis, in degrees, for a spot.
+    /// The inner and outer angle of a spot from its axis, in degrees; `None` for other lights.
     pub(crate) cone: Option<(f64, f64)>,
-    /// `angular_diameter_deg` or `radius`, and its value.
+    /// The property `angular_diameter_deg` (degrees) or `radius` (metres), and its value; `None` for a light without
+    /// size.
     pub(crate) size: Option<(&'a str, f64)>,
 }
 
 impl Light<'_> {
-    /// The sun, as wide as it is seen from the earth.
+    /// A sun with the angular diameter of the real one, 0.53°. `intensity` is in lux.
     pub(crate) fn sun(color: [f64; 3], intensity: f64) -> Self {
         Self {
             name: "sun",
@@ -104,17 +105,17 @@ pub(crate) struct Document {
 }
 
 impl Document {
-    /// An empty scene.
+    /// Creates a document with an empty scene.
     pub(crate) fn new(name: &str) -> Self {
         Self { name: name.to_owned(), ..Self::default() }
     }
 
-    /// The number of triangles that the scene draws, each mesh counted as often as it is placed.
+    /// The number of triangles that the scene draws; each mesh counts as often as it is placed.
     pub(crate) fn drawn_triangles(&self) -> usize {
         self.drawn_triangles
     }
 
-    /// Adds a surface.
+    /// Adds a material.
     pub(crate) fn material(&mut self, material: Material<'_>) -> MaterialId {
         let texture = material.texture.map(|texture| {
             self.textures.push(texture);
@@ -140,12 +141,12 @@ impl Document {
         MaterialId(self.materials.len() - 1)
     }
 
-    /// Adds a surface of one color.
+    /// Adds a material of one colour, given as linear RGB.
     pub(crate) fn plain(&mut self, name: &str, color: [f64; 3]) -> MaterialId {
         self.material(Material { name, color, ..Material::default() })
     }
 
-    /// Adds a surface whose texture is cut out by its alpha, and seen from both sides.
+    /// Adds a double-sided material whose texture has holes where its alpha is below 0.5.
     pub(crate) fn cut_out(&mut self, name: &str, texture: Vec<u8>) -> MaterialId {
         self.material(Material {
             name,
@@ -156,13 +157,13 @@ impl Document {
         })
     }
 
-    /// Adds a mesh of shapes with their materials.
+    /// Adds a mesh with a primitive for each pair of material and shape.
     pub(crate) fn mesh(&mut self, name: &str, parts: &[(MaterialId, &Shape)]) -> MeshId {
         let parts: Vec<_> = parts.iter().map(|(material, shape)| (*material, *shape, None)).collect();
         self.skinned_mesh(name, &parts)
     }
 
-    /// Adds a mesh whose parts with weights follow joints.
+    /// Adds a mesh; parts with weights are skinned, others are not.
     pub(crate) fn skinned_mesh(
         &mut self,
         name: &str,
@@ -188,7 +189,7 @@ impl Document {
         NodeId(index)
     }
 
-    /// Adds a node that only groups others.
+    /// Adds a node without a mesh, to group other nodes.
     pub(crate) fn group(&mut self, name: &str, parent: Option<NodeId>, placement: Placement) -> NodeId {
         self.node(parent, placed(name, placement))
     }
@@ -205,7 +206,7 @@ impl Document {
         self.node(parent, placed(name, placement).with("mesh", mesh.0))
     }
 
-    /// Adds a mesh and places it, both by one name.
+    /// Adds a mesh and a node that shows it, both with the same name.
     pub(crate) fn put(
         &mut self,
         name: &str,
@@ -231,7 +232,7 @@ impl Document {
         self.node(None, placed(name, placement).with("camera", self.cameras.len() - 1));
     }
 
-    /// Adds a light.
+    /// Adds a light and the node that places it.
     pub(crate) fn light(
         &mut self,
         parent: Option<NodeId>,
@@ -257,8 +258,8 @@ impl Document {
         self.node(parent, placed(light.name, placement).with("extensions", extension.json()))
     }
 
-    /// Adds a skin for a node that shows a skinned mesh: its joints, and where each of them stands in the mesh's space
-    /// at rest (unrotated).
+    /// Adds a skin to a node that shows a skinned mesh. Each joint has its position in mesh space at rest, without
+    /// rotation, in metres.
     pub(crate) fn skin(&mut self, node: NodeId, joints: &[(NodeId, super::Vec3)]) {
         let matrices: Vec<f64> = joints
             .iter()
@@ -271,8 +272,8 @@ impl Document {
         self.nodes[node.0] = self.nodes[node.0].clone().with("skin", self.skins.len() - 1);
     }
 
-    /// Adds an animation: for each channel a node, the property (`translation` or `rotation`), key times in seconds and
-    /// the values, three or four numbers for each key.
+    /// Adds an animation. Each channel has a node, a property (`translation` or `rotation`), key times in seconds, and
+    /// three or four numbers per key.
     pub(crate) fn animation(&mut self, name: &str, channels: &[(NodeId, &str, Vec<f64>, Vec<f64>)]) {
         let (mut samplers, mut targets) = (Vec::new(), Vec::new());
         for (index, (node, property, times, values)) in channels.iter().enumerate() {
@@ -287,7 +288,7 @@ impl Document {
         self.animations.push(animation.with("samplers", array(samplers)).json());
     }
 
-    /// The document as a binary glTF.
+    /// Writes the document as a binary glTF.
     pub(crate) fn glb(&self) -> Vec<u8> {
         let (mut binary, mut views) = (Vec::new(), Vec::new());
         let mut view = |bytes: &[u8], stride: Option<usize>, target: Option<u32>| {

@@ -52,7 +52,7 @@ pub(crate) fn cos(angle: f64) -> f64 {
     sin_cos(angle).1
 }
 
-/// The angle from the X axis to a direction, in radians from −π to π.
+/// The angle from the +X axis to the direction (`x`, `y`), in radians from −π to π.
 pub(crate) fn angle_of(y: f64, x: f64) -> f64 {
     if x == 0.0 && y == 0.0 {
         return 0.0;
@@ -72,7 +72,7 @@ pub(crate) fn angle_of(y: f64, x: f64) -> f64 {
     if y < 0.0 { -upper } else { upper }
 }
 
-/// A number that is not negative to a power.
+/// Raises a number that is not negative to a power.
 pub(crate) fn power(base: f64, exponent: f64) -> f64 {
     if base <= 0.0 { 0.0 } else { exponential(exponent * logarithm(base)) }
 }
@@ -91,7 +91,7 @@ fn logarithm(value: f64) -> f64 {
     exponent as f64 * LN_2 + s * polynomial(s * s, &series)
 }
 
-/// e to a power of moderate size.
+/// The exponential function, for exponents of moderate size.
 fn exponential(value: f64) -> f64 {
     let doublings = (value / LN_2).round().clamp(-1000.0, 1000.0);
     let x = value - doublings * LN_2;
@@ -102,7 +102,7 @@ fn exponential(value: f64) -> f64 {
     sum * f64::from_bits(((doublings as i64 + 1023) as u64) << 52)
 }
 
-/// The sum of coefficients times powers of `x`, the constant one first.
+/// Evaluates a polynomial at `x`; the constant coefficient comes first.
 fn polynomial(x: f64, coefficients: &[f64]) -> f64 {
     coefficients.iter().rev().fold(0.0, |sum, coefficient| sum * x + coefficient)
 }

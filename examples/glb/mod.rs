@@ -22,7 +22,7 @@ pub(crate) use document::{Document, Light, Material};
 pub(crate) use shape::Shape;
 pub(crate) use vector::{Placement, Vec3, vec3};
 
-/// Writes a finished document under `examples/scenes/` of the current folder's checkout, and says how large it is.
+/// Writes a document to the path of the first argument or under `examples/scenes/`, and prints its size.
 pub(crate) fn save(name: &str, document: &Document) -> std::io::Result<()> {
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/scenes");
     let path = std::env::args_os().nth(1).map_or_else(|| folder.join(name), std::path::PathBuf::from);

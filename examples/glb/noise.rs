@@ -1,6 +1,6 @@
 //! Random numbers that are the same everywhere: hashes of integers.
 
-/// A number from 0 up to 1 that belongs to two integers.
+/// A pseudo-random number from 0 (included) to 1 (excluded), a hash of two integers.
 pub(crate) fn unit(a: i64, b: i64) -> f64 {
     let mut bits =
         (a as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ (b as u64).wrapping_mul(0xc2b2_ae3d_27d4_eb4f);
@@ -12,12 +12,12 @@ pub(crate) fn unit(a: i64, b: i64) -> f64 {
     (bits >> 11) as f64 / (1_u64 << 53) as f64
 }
 
-/// A number from `low` up to `high` that belongs to two integers.
+/// A pseudo-random number from `low` to `high`, a hash of two integers.
 pub(crate) fn between(low: f64, high: f64, a: i64, b: i64) -> f64 {
     low + (high - low) * unit(a, b)
 }
 
-/// Smooth noise from 0 to 1 over the plane, repeating after `period` units of the lattice.
+/// Smooth value noise from 0 to 1 at a point of the plane; it repeats after `period` units in both directions.
 pub(crate) fn smooth(x: f64, y: f64, period: i64, seed: i64) -> f64 {
     let (column, row) = (x.floor(), y.floor());
     let ease = |t: f64| t * t * (3.0 - 2.0 * t);
@@ -31,7 +31,7 @@ pub(crate) fn smooth(x: f64, y: f64, period: i64, seed: i64) -> f64 {
     top + (bottom - top) * t
 }
 
-/// Smooth noise of several octaves, from 0 to 1, repeating after `period` units.
+/// Smooth noise summed over several octaves, from 0 to 1; it repeats after `period` units in both directions.
 pub(crate) fn fractal(x: f64, y: f64, period: i64, octaves: u32, seed: i64) -> f64 {
     let (mut sum, mut weight, mut total) = (0.0, 1.0, 0.0);
     for octave in 0..octaves {

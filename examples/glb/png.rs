@@ -4,10 +4,10 @@
 //! small enough for procedural textures, and the same bytes from every version of every compressor, since there is
 //! none.
 
-/// A colour of a palette: red, green, blue (sRGB) and alpha.
+/// A colour of a palette: red, green and blue (sRGB-encoded), and alpha.
 pub(crate) type Color = [u8; 4];
 
-/// A PNG file of `width` × `height` texels, whose colours are `palette[index(x, y)]`; row 0 is on top.
+/// A PNG file of `width` × `height` pixels. The colour of a pixel is `palette[index(x, y)]`; row 0 is on top.
 pub(crate) fn paletted(
     width: u32,
     height: u32,
@@ -35,7 +35,7 @@ pub(crate) fn paletted(
     file
 }
 
-/// A palette of `count` colours between stops at equal distances.
+/// A palette of `count` opaque colours, interpolated between equally spaced stops.
 pub(crate) fn ramp(count: usize, stops: &[[u8; 3]]) -> Vec<Color> {
     let last = stops.len() - 1;
     let color = |at: usize| {
@@ -65,7 +65,7 @@ fn chunk(file: &mut Vec<u8>, kind: &[u8; 4], content: &[u8]) {
     file.extend(checksum.to_be_bytes());
 }
 
-/// A zlib stream of stored blocks.
+/// A zlib stream of `bytes` in stored (uncompressed) blocks.
 fn stored(bytes: &[u8]) -> Vec<u8> {
     let mut stream = vec![0x78, 0x01];
     let blocks = bytes.chunks(65_535);

@@ -2,7 +2,7 @@
 
 use super::vector::{Placement, Vec3};
 
-/// A corner of triangles.
+/// A vertex: position in metres, unit normal and texture coordinates.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Vertex {
     pub(crate) position: Vec3,
@@ -10,7 +10,7 @@ pub(crate) struct Vertex {
     pub(crate) texcoord: [f64; 2],
 }
 
-/// Triangles under construction. Faces are counter-clockwise seen from outside.
+/// A triangle mesh under construction. Triangles are counter-clockwise seen from outside.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Shape {
     pub(crate) vertices: Vec<Vertex>,
@@ -18,12 +18,12 @@ pub(crate) struct Shape {
 }
 
 impl Shape {
-    /// No triangles yet.
+    /// Creates a shape without triangles.
     pub(crate) fn new() -> Self {
         Self::default()
     }
 
-    /// Adds a vertex, and gives its index.
+    /// Adds a vertex and returns its index.
     pub(crate) fn vertex(&mut self, position: Vec3, normal: Vec3, texcoord: [f64; 2]) -> u32 {
         self.vertices.push(Vertex { position, normal, texcoord });
         self.vertices.len() as u32 - 1
@@ -41,7 +41,7 @@ impl Shape {
         }
     }
 
-    /// Adds a flat polygon whose corners have texture coordinates of their own.
+    /// Adds a flat polygon with texture coordinates for each corner.
     pub(crate) fn textured_polygon(&mut self, corners: &[(Vec3, [f64; 2])]) {
         let first = self.vertices.len();
         self.polygon(&corners.iter().map(|(corner, _)| *corner).collect::<Vec<_>>());
@@ -50,8 +50,8 @@ impl Shape {
         }
     }
 
-    /// Adds a grid of smooth quads over rows of points; rows go along the surface counter-clockwise seen from outside
-    /// when the next row is above the last. Normals come from the surface, or are given.
+    /// Adds a grid of smooth quads over rows of points with normals. With the next row above the last, points run
+    /// counter-clockwise around the surface seen from outside.
     pub(crate) fn grid(&mut self, rows: &[Vec<(Vec3, Vec3)>]) {
         let first = self.vertices.len() as u32;
         let width = rows.first().map_or(0, Vec::len) as u32;
@@ -68,7 +68,7 @@ impl Shape {
         }
     }
 
-    /// A grid of smooth quads, so many rows and columns of them, from the place and the normal of each corner.
+    /// Creates a grid of `rows` × `columns` smooth quads from the position and normal of each corner.
     pub(crate) fn surface(rows: u32, columns: u32, corner: impl Fn(u32, u32) -> (Vec3, Vec3)) -> Self {
         let row = |row: u32| (0..=columns).map(|column| corner(row, column)).collect();
         let mut shape = Self::new();
@@ -76,7 +76,7 @@ impl Shape {
         shape
     }
 
-    /// Adds another shape where a placement puts it.
+    /// Adds another shape, transformed by a placement.
     pub(crate) fn add(&mut self, other: &Shape, placement: &Placement) {
         let first = self.vertices.len() as u32;
         for vertex in &other.vertices {
@@ -90,26 +90,26 @@ impl Shape {
         }));
     }
 
-    /// Adds another shape where it is.
+    /// Adds another shape without a transform.
     pub(crate) fn join(&mut self, other: &Shape) {
         self.add(other, &Placement::IDENTITY);
     }
 
-    /// This shape and another one where a placement puts it.
+    /// Returns this shape joined with another one, transformed by a placement.
     #[must_use]
     pub(crate) fn and(mut self, other: &Shape, placement: &Placement) -> Self {
         self.add(other, placement);
         self
     }
 
-    /// This shape and another one where it is.
+    /// Returns this shape joined with another one.
     #[must_use]
     pub(crate) fn joined(self, other: &Shape) -> Self {
         self.and(other, &Placement::IDENTITY)
     }
 
-    /// With texture coordinates that project the texture along the axis nearest to each normal, `size` metres for one
-    /// repetition.
+    /// Replaces the texture coordinates: the texture is projected along the axis nearest to each normal, and repeats
+    /// every `size` metres.
     #[must_use]
     pub(crate) fn box_mapped(mut self, size: f64) -> Self {
         for vertex in &mut self.vertices {
@@ -127,14 +127,14 @@ impl Shape {
         self
     }
 
-    /// The same shape where a placement puts it.
+    /// Returns a copy of the shape, transformed by a placement.
     #[must_use]
     pub(crate) fn placed(&self, placement: &Placement) -> Self {
         Self::new().and(self, placement)
     }
 }
 
-/// The unit normal of a flat polygon, also of one with corners on a line.
+/// The unit normal of a flat polygon, which may have collinear corners.
 fn newell(corners: &[Vec3]) -> Vec3 {
     let mut normal = Vec3::ZERO;
     for (at, corner) in corners.iter().enumerate() {

@@ -6,23 +6,23 @@ use super::functions::{angle_of, cos, sin, sin_cos};
 use super::shape::Shape;
 use super::vector::{Placement, Vec3, vec3};
 
-/// A box between two opposite corners, the first with the smaller coordinates.
+/// An axis-aligned box between its minimum and its maximum corner.
 pub(crate) fn block(low: Vec3, high: Vec3) -> Shape {
     prism(&[(low.x, low.y), (high.x, low.y), (high.x, high.y), (low.x, high.y)], low.z, high.z)
 }
 
-/// A box of a size that stands centred on the origin.
+/// A box that stands on the XZ plane, centred on the Y axis. Sizes are in metres.
 pub(crate) fn standing(width: f64, height: f64, depth: f64) -> Shape {
     block(vec3(-0.5 * width, 0.0, -0.5 * depth), vec3(0.5 * width, height, 0.5 * depth))
 }
 
-/// A beam of square section between two points.
+/// A beam of square cross-section between two points.
 pub(crate) fn beam(from: Vec3, to: Vec3, width: f64) -> Shape {
     standing(width, (to - from).length(), width).placed(&Placement::pointing(from, to))
 }
 
-/// An outline in the XY plane, counter-clockwise seen from +Z, drawn out from `back` to `front` along Z. Its first
-/// corner must see all others.
+/// An outline in the XY plane, extruded along Z from `back` to `front`. It is counter-clockwise seen from +Z, and its
+/// first corner must see all others.
 pub(crate) fn prism(outline: &[(f64, f64)], back: f64, front: f64) -> Shape {
     let mut shape = Shape::new();
     shape.polygon(&outline.iter().map(|(x, y)| vec3(*x, *y, front)).collect::<Vec<_>>());
@@ -40,8 +40,9 @@ pub(crate) fn prism(outline: &[(f64, f64)], back: f64, front: f64) -> Shape {
     shape
 }
 
-/// A profile of (radius, height), from the bottom up seen from outside, turned around the Y axis. Edges of the profile
-/// stay sharp where it bends by more than 40°. The ends are not closed: begin and end with radius 0 for that.
+/// A surface of revolution around the Y axis. The profile of (radius, height) runs from the bottom up on the outside.
+/// Edges stay sharp where it bends by more than 40°. The ends are open unless the profile begins and ends with radius
+/// 0.
 pub(crate) fn lathe(profile: &[(f64, f64)], segments: u32) -> Shape {
     let mut shape = Shape::new();
     let slopes: Vec<(f64, f64)> = profile
@@ -79,7 +80,7 @@ pub(crate) fn lathe(profile: &[(f64, f64)], segments: u32) -> Shape {
     shape
 }
 
-/// A ball of radius 1 around the origin.
+/// A sphere of radius 1 around the origin, with `rings` bands and `segments` sides.
 pub(crate) fn ball(rings: u32, segments: u32) -> Shape {
     let profile: Vec<(f64, f64)> = (0..=rings)
         .map(|ring| {
@@ -90,15 +91,15 @@ pub(crate) fn ball(rings: u32, segments: u32) -> Shape {
     lathe(&profile, segments)
 }
 
-/// A round rod between two points, closed at both ends.
+/// A cylinder between two points, closed at both ends.
 pub(crate) fn rod(from: Vec3, to: Vec3, radius: f64, sides: u32) -> Shape {
     let height = (to - from).length();
     let profile = [(0.0, 0.0), (radius, 0.0), (radius, height), (0.0, height)];
     lathe(&profile, sides).placed(&Placement::pointing(from, to))
 }
 
-/// A round tube along a path, with the radius at each point; open at its ends, which are meant to be hidden. `closed`
-/// joins the end to the start.
+/// A round tube along a path of points and radii. Its ends are open and meant to be hidden; `closed` joins the end to
+/// the start.
 pub(crate) fn tube(path: &[(Vec3, f64)], sides: u32, closed: bool) -> Shape {
     let count = path.len();
     let point = |at: usize| path[at % count].0;
@@ -130,7 +131,7 @@ pub(crate) fn tube(path: &[(Vec3, f64)], sides: u32, closed: bool) -> Shape {
     shape
 }
 
-/// A wheel's rim or any other ring: a circle of `radius` in the XY plane, as a tube.
+/// A torus around the Z axis: a circle of `radius` in the XY plane, with a tube of radius `thickness`.
 pub(crate) fn ring(radius: f64, thickness: f64, segments: u32, sides: u32) -> Shape {
     let path: Vec<(Vec3, f64)> = (0..segments)
         .map(|at| {
@@ -141,9 +142,9 @@ pub(crate) fn ring(radius: f64, thickness: f64, segments: u32, sides: u32) -> Sh
     tube(&path, sides, true)
 }
 
-/// A wall panel of `width` × `height` with a round arch cut out of its foot, centred on the Y axis, `depth` thick
-/// around the XY plane. The opening is `2 * radius` wide and rises straight for `rise` before the arch begins. Its
-/// sides, top and the feet are closed where `ends` asks for it.
+/// A wall panel of `width` × `height` with a round arch cut out at its foot. The panel is `depth` thick, centred on the
+/// Y axis and the XY plane. The opening is `2 * radius` wide, with straight sides of height `rise` below the arch.
+/// `ends` adds the faces at the panel's sides and top.
 pub(crate) fn arch_panel(
     width: f64,
     height: f64,

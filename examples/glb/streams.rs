@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use super::json::{Object, array, numbers, string};
 use super::shape::Shape;
 
-/// Coordinates are multiples of this many metres: an eighth of a millimetre, exact in binary.
+/// The grid to which coordinates are rounded, in metres: about an eighth of a millimetre, exact in binary.
 const GRID: f64 = 1.0 / 8192.0;
 
 const POSITIONS: usize = 0;
@@ -18,23 +18,23 @@ const INDICES: usize = 3;
 const JOINTS: usize = 4;
 const OTHERS: usize = 5;
 
-/// A buffer view: its bytes, its stride and its target.
+/// A buffer view: its bytes, its stride in bytes, and its target as a glTF constant.
 pub(crate) type View<'a> = (&'a [u8], Option<usize>, Option<u32>);
 
-/// The skinning of a vertex: two joints, and the weight of the second one.
+/// The skinning of a vertex: two joint indices, and the weight of the second joint from 0 to 1.
 pub(crate) type Weight = (u8, u8, f64);
 
-/// The streams under construction, and the accessors into them.
+/// The binary data under construction, and the JSON of the accessors that read it.
 #[derive(Default)]
 pub(crate) struct Streams {
     pub(crate) accessors: Vec<String>,
-    /// Positions, normals, texture coordinates, indices, joints with weights, and the rest.
+    /// The bytes of each buffer view: positions, normals, texture coordinates, indices, joints with weights, and all
+    /// other data.
     streams: [Vec<u8>; 6],
 }
 
 impl Streams {
-    /// The buffer views, one for each stream. A view may not be empty; a stream that is not used is four bytes of
-    /// nothing.
+    /// The buffer views, one for each stream. A view may not be empty, so an unused stream has four zero bytes.
     pub(crate) fn views(&self) -> impl Iterator<Item = View<'_>> {
         const VERTICES: Option<u32> = Some(34_962);
         let layout = [
@@ -50,7 +50,7 @@ impl Streams {
         })
     }
 
-    /// Adds a primitive, and gives its JSON.
+    /// Adds a primitive and returns its JSON.
     pub(crate) fn primitive(
         &mut self,
         material: usize,
@@ -130,7 +130,7 @@ impl Streams {
             .json()
     }
 
-    /// Adds an accessor to the last `bytes` of a stream; `more` adds further members.
+    /// Adds an accessor for the last `bytes` bytes of a stream and returns its index. `more` adds members to its JSON.
     fn accessor(
         &mut self,
         stream: usize,
@@ -150,7 +150,8 @@ impl Streams {
         self.accessors.len() - 1
     }
 
-    /// Adds an accessor of floats that are no vertices (key times, values, matrices); key times are bounded.
+    /// Adds an accessor of floats that are not vertices (key times, values, matrices) and returns its index. Key times
+    /// get a minimum and a maximum.
     pub(crate) fn floats(&mut self, values: &[f64], parts: usize, kind: &str) -> usize {
         let stream = &mut self.streams[OTHERS];
         stream.extend(values.iter().flat_map(|value| (((value * 1e6).round() / 1e6) as f32).to_le_bytes()));
@@ -164,12 +165,12 @@ impl Streams {
     }
 }
 
-/// Numbers that are exact in binary and must not be rounded.
+/// A JSON array of numbers without rounding, for values that are exact in binary.
 fn exact(values: &[f64]) -> String {
     array(values.iter().map(|value| format!("{}", value + 0.0)))
 }
 
-/// An accessor as it is.
+/// Returns an accessor unchanged, for accessors without further members.
 fn plain(accessor: Object) -> Object {
     accessor
 }

@@ -4,32 +4,32 @@ use super::functions::sin_cos;
 
 pub(crate) use glam::{DVec3 as Vec3, dvec3 as vec3};
 
-/// An affine transform: where a shape or node stands in the space around it.
+/// An affine transform from the space of a shape or node to the space around it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Placement {
-    /// The images of the three axes.
+    /// The transformed X, Y and Z axes: the columns of the matrix.
     pub(crate) axes: [Vec3; 3],
-    /// The image of the origin.
+    /// The transformed origin: the translation, in metres.
     pub(crate) origin: Vec3,
 }
 
 impl Placement {
-    /// Changes nothing.
+    /// The identity transform.
     pub(crate) const IDENTITY: Self = Self { axes: Vec3::AXES, origin: Vec3::ZERO };
 
-    /// Moves the origin to a point.
+    /// A translation of the origin to a point.
     pub(crate) fn at(x: f64, y: f64, z: f64) -> Self {
         Self { origin: vec3(x, y, z), ..Self::IDENTITY }
     }
 
-    /// At `eye`, with −Z towards `target` and +Y as near to up as possible: how a camera or light is placed.
+    /// A placement at `eye` with −Z towards `target` and +Y as near to up as possible, as for a camera or light.
     pub(crate) fn looking_at(eye: Vec3, target: Vec3) -> Self {
         let back = (eye - target).normalize_or(Vec3::Y);
         let right = Vec3::Y.cross(back).normalize_or(Vec3::Y);
         Self { axes: [right, back.cross(right), back], origin: eye }
     }
 
-    /// With +Y from `foot` towards `tip`.
+    /// A placement at `foot` with +Y towards `tip`.
     pub(crate) fn pointing(foot: Vec3, tip: Vec3) -> Self {
         let up = (tip - foot).normalize_or(Vec3::Y);
         let helper = if up.x.abs() < 0.9 { Vec3::X } else { Vec3::Z };
@@ -37,28 +37,28 @@ impl Placement {
         Self { axes: [up.cross(front), up, front], origin: foot }
     }
 
-    /// First turned about its own X axis, by degrees.
+    /// Applies a rotation about the X axis, in degrees, before this placement.
     pub(crate) fn turned_x(self, degrees: f64) -> Self {
         let (sin, cos) = sin_cos(degrees.to_radians());
         let [x, y, z] = self.axes;
         Self { axes: [x, y * cos + z * sin, z * cos - y * sin], ..self }
     }
 
-    /// First turned about its own Y axis, by degrees.
+    /// Applies a rotation about the Y axis, in degrees, before this placement.
     pub(crate) fn turned_y(self, degrees: f64) -> Self {
         let (sin, cos) = sin_cos(degrees.to_radians());
         let [x, y, z] = self.axes;
         Self { axes: [x * cos - z * sin, y, z * cos + x * sin], ..self }
     }
 
-    /// First turned about its own Z axis, by degrees.
+    /// Applies a rotation about the Z axis, in degrees, before this placement.
     pub(crate) fn turned_z(self, degrees: f64) -> Self {
         let (sin, cos) = sin_cos(degrees.to_radians());
         let [x, y, z] = self.axes;
         Self { axes: [x * cos + y * sin, y * cos - x * sin, z], ..self }
     }
 
-    /// First scaled along its own axes.
+    /// Applies a scale along the axes before this placement.
     pub(crate) fn scaled(self, x: f64, y: f64, z: f64) -> Self {
         Self { axes: [self.axes[0] * x, self.axes[1] * y, self.axes[2] * z], ..self }
     }
@@ -73,8 +73,8 @@ impl Placement {
         self.axes[0] * direction.x + self.axes[1] * direction.y + self.axes[2] * direction.z
     }
 
-    /// The unit normal outside of a surface whose normal inside is known (by cofactors, so that scaling may differ by
-    /// axis).
+    /// Transforms a normal of the placed space to a unit normal outside, by cofactors, so that scales may differ by
+    /// axis.
     pub(crate) fn normal(&self, normal: Vec3) -> Vec3 {
         let [x, y, z] = self.axes;
         let cofactors = y.cross(z) * normal.x + z.cross(x) * normal.y + x.cross(y) * normal.z;
@@ -82,7 +82,7 @@ impl Placement {
         cofactors.normalize_or(Vec3::Y) * sign
     }
 
-    /// Whether left becomes right.
+    /// Returns `true` if the placement mirrors, which reverses the winding of triangles.
     pub(crate) fn is_mirrored(&self) -> bool {
         self.axes[0].cross(self.axes[1]).dot(self.axes[2]) < 0.0
     }

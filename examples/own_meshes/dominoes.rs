@@ -4,23 +4,24 @@
 
 use glam::{DMat4, DQuat, DVec3, Mat4, Vec3};
 
-/// Bytes from one block to the next: a matrix, then two vectors of three with a number's room behind each.
+/// The distance in bytes between uniform blocks: a matrix and two vectors of three, each padded to four, and padding
+/// for the offset alignment.
 pub(crate) const STRIDE: u32 = 256;
 
-/// Half the width, height and thickness of a domino, in metres.
+/// Half of the width, height and thickness of a domino, in metres.
 const HALF_SIZE: Vec3 = Vec3::new(0.14, 0.3, 0.045);
 
-/// The dominoes; the floor is one more object.
+/// The number of dominoes; the floor is one more object.
 pub(crate) const COUNT: u32 = 64;
 
-/// The dominoes on a device.
+/// The cube and the uniform blocks of the dominoes on a device.
 pub(crate) struct Dominoes {
     pub(crate) cube: wgpu::Buffer,
     pub(crate) blocks: wgpu::Buffer,
 }
 
 impl Dominoes {
-    /// Uploads the dominoes as they stand before the first one falls.
+    /// Uploads the dominoes in their state before the first one falls.
     pub(crate) fn new(device: &wgpu::Device, queue: &wgpu::Queue) -> Self {
         let buffer = |label, size, usage| {
             device.create_buffer(&wgpu::BufferDescriptor {
@@ -39,7 +40,7 @@ impl Dominoes {
         dominoes
     }
 
-    /// Moves the dominoes to where they are after some seconds.
+    /// Uploads the transforms of the dominoes at a time in seconds.
     pub(crate) fn update(&self, queue: &wgpu::Queue, time: f64) {
         let mut bytes = Vec::with_capacity((STRIDE * (COUNT + 1)) as usize);
         for number in 0..COUNT {
@@ -53,7 +54,8 @@ impl Dominoes {
     }
 }
 
-/// The matrix of a domino: on a spiral outwards, falling when the one before has reached it.
+/// The world matrix of a domino at a time in seconds. Dominoes stand on an outward spiral; each falls after the one
+/// before.
 pub(crate) fn domino(number: u32, time: f64) -> DMat4 {
     // An Archimedean spiral, in steps of about a third of a metre.
     let angle = (f64::from(number) * 0.94 + 16.0).sqrt() * 1.6;
@@ -75,7 +77,7 @@ fn block(world_from_object: &DMat4, half_size: Vec3, color: Vec3, bytes: &mut Ve
     bytes.resize(start + STRIDE as usize, 0);
 }
 
-/// The positions and normals of a cube of side 2, counter-clockwise from outside.
+/// The vertices of a cube with sides of 2: position and normal. Triangles are counter-clockwise seen from outside.
 fn cube() -> Vec<u8> {
     let mut bytes = Vec::new();
     for normal in [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_Z] {

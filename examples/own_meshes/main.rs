@@ -18,7 +18,7 @@ use umbragraph::{Executor, Frame};
 
 const SIZE: [u32; 2] = [960, 540];
 
-/// The seconds of a frame.
+/// The time between two frames, in seconds.
 const STEP: f64 = 1.0 / 30.0;
 
 fn main() {
@@ -55,7 +55,7 @@ fn run(out: &Path) -> Result<(), Box<dyn std::error::Error>> {
     Ok(encoder.write_header()?.write_image_data(&texels)?)
 }
 
-/// A device with the limits that WebGPU promises: the profile of the plan.
+/// Opens a device with the default limits of WebGPU, for which the plan was made.
 async fn open() -> Result<(wgpu::Device, wgpu::Queue), Box<dyn std::error::Error>> {
     let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
     let adapter = instance.request_adapter(&wgpu::RequestAdapterOptions::default()).await?;

@@ -11,7 +11,7 @@ use wgpu::VertexFormat::Float32x3;
 
 use super::dominoes::{COUNT, Dominoes, STRIDE};
 
-/// The layout of the meshes: declared once, compared with every shader that draws them.
+/// The layout of the meshes, with which every shader that draws them is compared.
 pub(crate) fn interface() -> HostInterface {
     let members = [
         ("world_from_object", ValueType::MAT4, 0),
@@ -24,15 +24,15 @@ pub(crate) fn interface() -> HostInterface {
         .any_filter()
 }
 
-/// Reads the pipeline and the shader, and compares what they want with what the meshes are. No device is needed, so a
-/// test of the application can do the same.
+/// Loads the pipeline and its shaders, checks them against the layout of the meshes, and makes a plan for a size in
+/// pixels. No device is needed, so a test of the application can do the same.
 pub(crate) fn plan(meshes: HostInterface, [width, height]: [u32; 2]) -> Result<Arc<Plan>, Error> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/own_meshes");
     let library = Library::new().templates(&folder).host("dominoes", meshes);
     library.load(folder.join("dominoes.json"))?.plan(&Options::new(width, height))
 }
 
-/// The draws of a view: the same for every pass, since all dominoes cast shadows.
+/// Draws all dominoes and the floor for every pass, since all objects cast shadows.
 impl DrawSource for Dominoes {
     fn object(&self, binding: &str) -> Option<wgpu::BindingResource<'_>> {
         (binding == "domino").then(|| self.blocks.as_entire_binding())
@@ -47,7 +47,7 @@ impl DrawSource for Dominoes {
     }
 }
 
-/// The camera and the sun of a moment.
+/// The frame input with camera and sun, at a time in seconds.
 pub(crate) fn input(aspect: f64, time: f64, index: u64) -> FrameInput {
     let sun = Light::directional("sun", [-0.8, -0.7, -0.35], [1.0, 0.92, 0.8], 4.0).property("cast_shadow");
     let camera = Camera::look_at([1.2, 4.6, 6.2], [0.3, 0.0, 0.3], 0.8, aspect);

@@ -4,14 +4,14 @@ use crate::glb::functions::sin_cos;
 use crate::glb::solids::{arch_panel, block, lathe, prism, standing};
 use crate::glb::{Placement, Shape, vec3};
 
-/// Height of a column of the arcade with base and capital.
+/// The height of a column of the arcade with base and capital, in metres.
 pub(crate) const COLUMN_HEIGHT: f64 = 2.9;
-/// Distance between the axes of two columns of the arcade.
+/// The distance between the axes of two columns of the arcade, in metres.
 pub(crate) const BAY: f64 = 4.0;
-/// Height of the wall over the columns, without its cornice.
+/// The height of the wall above the columns without its cornice, in metres.
 pub(crate) const SPANDREL_HEIGHT: f64 = 2.2;
 
-/// A column with plinth, moulded base, swelling shaft and capital.
+/// A column of the arcade with plinth, moulded base, swelling shaft and capital.
 pub(crate) fn column() -> Shape {
     let shaft = lathe(
         &[
@@ -40,7 +40,7 @@ pub(crate) fn column() -> Shape {
         .and(&standing(0.78, 0.18, 0.78), &Placement::at(0.0, 2.72, 0.0))
 }
 
-/// One bay of the wall over the columns, its arch open along Z, centred on the Y axis, its foot at y = 0.
+/// One bay of the wall above the columns, centred on the Y axis, with its foot at y = 0. Its arch opens along Z.
 pub(crate) fn arcade_bay() -> Shape {
     arch_panel(BAY, SPANDREL_HEIGHT, 1.62, 0.12, 0.62, 16, false)
 }
@@ -53,7 +53,7 @@ pub(crate) fn archivolts() -> Shape {
         .fold(Shape::new(), |shape, (z, turn)| shape.and(&band, &Placement::at(0.0, 0.12, z).turned_y(turn)))
 }
 
-/// Half a ring around the origin in the XY plane, standing `depth` out of the wall towards +Z.
+/// A half ring around the origin in the XY plane that protrudes by `depth` from the wall towards +Z.
 fn archivolt(inner: f64, outer: f64, depth: f64, segments: u32) -> Shape {
     let mut band = Shape::new();
     let at = |step: u32| sin_cos(std::f64::consts::PI * f64::from(step) / f64::from(segments));
@@ -83,7 +83,7 @@ fn archivolt(inner: f64, outer: f64, depth: f64, segments: u32) -> Shape {
     band
 }
 
-/// A cornice of a length along X that stands out to both sides of a wall `depth` thick around the XY plane.
+/// A cornice along X that protrudes on both sides of a wall, `depth` thick around the XY plane.
 pub(crate) fn cornice(length: f64, depth: f64) -> Shape {
     let half = 0.5 * depth;
     let profile = [
@@ -100,7 +100,7 @@ pub(crate) fn cornice(length: f64, depth: f64) -> Shape {
     prism(&profile, -0.5 * length, 0.5 * length).placed(&Placement::IDENTITY.turned_y(90.0))
 }
 
-/// Battlements of a length along X on a wall `depth` thick around the XY plane.
+/// Battlements along X on a wall, `depth` thick around the XY plane. `width` and `height` are those of a merlon.
 pub(crate) fn battlements(length: f64, depth: f64, width: f64, height: f64) -> Shape {
     let count = (length / (2.0 * width)).floor();
     let step = (length - width) / count;
@@ -114,14 +114,14 @@ pub(crate) fn battlements(length: f64, depth: f64, width: f64, height: f64) -> S
     shape
 }
 
-/// A ridge along X: a flat roof of two slopes over a rectangle.
+/// A gable roof over a rectangle, with its ridge along X.
 fn roof(width: f64, height: f64, depth: f64) -> Shape {
     let half = 0.5 * depth;
     prism(&[(-half, 0.0), (half, 0.0), (0.0, height)], -0.5 * width, 0.5 * width)
         .placed(&Placement::IDENTITY.turned_y(90.0))
 }
 
-/// A straight flight of steps: rises along −Z from z = 0, centred on the Y axis.
+/// A straight flight of steps that rises along −Z from z = 0, centred on the Y axis. Sizes are in metres.
 pub(crate) fn steps(width: f64, count: u32, rise: f64, tread: f64) -> Shape {
     let mut shape = Shape::new();
     let depth = f64::from(count) * tread;
@@ -152,7 +152,7 @@ pub(crate) fn pyramid(width: f64, height: f64) -> Shape {
     shape
 }
 
-/// The body of the tower: a shaft with bands, slits and an open belfry with an arch on each side; `width` square.
+/// The body of a square tower: a shaft with bands and slits, and an open belfry with an arch on each side.
 pub(crate) fn tower_body(width: f64, height: f64) -> Shape {
     let belfry = 4.4;
     let shaft = height - belfry;
@@ -175,7 +175,7 @@ pub(crate) fn tower_body(width: f64, height: f64) -> Shape {
     shape
 }
 
-/// A frame that stands out of the wall around a slit of a window.
+/// The protruding frame around a slit window of the tower.
 fn slit_frame() -> Shape {
     Shape::new()
         .joined(&block(vec3(-0.34, 0.0, 0.0), vec3(-0.16, 1.7, 0.14)))
@@ -184,7 +184,7 @@ fn slit_frame() -> Shape {
         .joined(&block(vec3(-0.46, -0.2, 0.0), vec3(0.46, 0.0, 0.22)))
 }
 
-/// One bay of the far aqueduct: a tall pier to the left of the bay, the lower arch, and three small arches on top.
+/// One bay of the aqueduct: a large arch with three small arches on top. `width` is in metres.
 pub(crate) fn aqueduct_bay(width: f64) -> Shape {
     let mut bay = arch_panel(width, 11.0, width * 0.38, 6.2, 2.2, 10, true);
     bay.add(&standing(width, 0.5, 2.8), &Placement::at(0.0, 11.0, 0.0));

@@ -6,10 +6,10 @@ use crate::glb::{Document, Placement, Shape, vec3};
 use crate::surfaces::{MASONRY_SIZE, Surfaces};
 use crate::{END, nature, things};
 
-/// The height of the terrace before the gate.
+/// The height of the terrace in front of the gate, in metres.
 const TERRACE: f64 = 0.64;
 
-/// The arcade on the sunny side, along Z at x = 9.
+/// Adds the arcade on the sunny side of the square, along Z at x = 9 m.
 pub(crate) fn arcade(document: &mut Document, surfaces: &Surfaces) {
     const BAYS: u32 = 12;
     let group = document.group("arcade", None, Placement::at(9.0, 0.0, 14.0).turned_y(90.0));
@@ -42,7 +42,7 @@ pub(crate) fn arcade(document: &mut Document, surfaces: &Surfaces) {
     );
 }
 
-/// The wall on the shady side with its pergola.
+/// Adds the wall on the shady side of the square, with pergola, vines and benches.
 pub(crate) fn west_side(document: &mut Document, surfaces: &Surfaces) {
     let group = document.group("west side", None, Placement::at(-10.0, 0.0, 0.0));
     let mut wall = block(vec3(-0.7, 0.0, END - 1.0), vec3(0.0, 4.5, 22.0));
@@ -84,7 +84,7 @@ pub(crate) fn west_side(document: &mut Document, surfaces: &Surfaces) {
     }
 }
 
-/// The gatehouse with its terrace, stairs and banners, and the low walls beside it.
+/// Adds the gatehouse with its terrace, stairs and banners, and the low walls beside it.
 pub(crate) fn gate(document: &mut Document, surfaces: &Surfaces) {
     let group = document.group("gate", None, Placement::at(0.0, 0.0, END));
     let house = arch_panel(9.4, 7.6, 2.0, 3.1, 1.6, 20, true)
@@ -139,7 +139,7 @@ pub(crate) fn gate(document: &mut Document, surfaces: &Surfaces) {
     }
 }
 
-/// The tower to the left behind the gate.
+/// Adds the tower behind the gate, on the left.
 pub(crate) fn tower(document: &mut Document, surfaces: &Surfaces) {
     let group = document.group("tower", None, Placement::at(-9.5, 0.0, END - 8.0));
     let body = architecture::tower_body(5.4, 17.5).box_mapped(MASONRY_SIZE);

@@ -24,7 +24,7 @@ use glb::solids::block;
 use glb::{Document, Light, Placement, Vec3, vec3};
 use surfaces::{MASONRY_SIZE, PAVEMENT_SIZE, Surfaces};
 
-/// The z at which the square ends and the gate stands.
+/// The z coordinate in metres at which the square ends and the gate stands.
 const END: f64 = -36.0;
 
 fn main() -> std::io::Result<()> {
@@ -61,7 +61,7 @@ fn ground(document: &mut Document, surfaces: &Surfaces) {
     document.put("hills", Some(group), &[(surfaces.hills, &far)], below);
 }
 
-/// The road behind the gate: poles with ropes, cypresses, and the aqueduct across.
+/// Adds the road behind the gate: poles with ropes, cypresses, and the aqueduct across.
 fn road(document: &mut Document, surfaces: &Surfaces) {
     let group = document.group("road", None, Placement::IDENTITY);
     let pole = document.mesh("lantern pole", &[(surfaces.iron, &things::lantern_pole())]);

@@ -5,7 +5,7 @@ use crate::glb::noise::{between, fractal, unit};
 use crate::glb::solids::rod;
 use crate::glb::{Placement, Shape, Vec3, vec3};
 
-/// A square card with a spray of leaves, one metre wide, around the origin in the XY plane.
+/// A square textured with a spray of leaves, 1 m wide, around the origin in the XY plane.
 fn card() -> Shape {
     let mut card = Shape::new();
     card.textured_polygon(&[
@@ -17,7 +17,8 @@ fn card() -> Shape {
     card
 }
 
-/// Cards of leaves at random places in a box, most of them lying, some hanging.
+/// `count` leaf cards of about `size` metres at random places in a box. About half lie nearly flat; the others are
+/// upright.
 pub(crate) fn foliage(count: i64, low: Vec3, high: Vec3, size: f64, seed: i64) -> Shape {
     let mut shape = Shape::new();
     let card = card();
@@ -36,7 +37,7 @@ pub(crate) fn foliage(count: i64, low: Vec3, high: Vec3, size: f64, seed: i64) -
     shape
 }
 
-/// A cypress of height 1, to be scaled: a slender crown of uneven lobes on a short trunk.
+/// A cypress of height 1 m, to be scaled: a slender crown of uneven lobes on a short trunk.
 pub(crate) fn cypress() -> Shape {
     const SEGMENTS: u32 = 12;
     const RINGS: u32 = 16;
@@ -66,7 +67,7 @@ pub(crate) fn cypress() -> Shape {
     crown.joined(&rod(vec3(0.0, -0.05, 0.0), vec3(0.0, 0.12, 0.0), 0.015, 7))
 }
 
-/// A hanging cloth one metre wide and three high, its upper edge around the origin, waving a little out of the XY
+/// A hanging cloth, 1 m wide and 3 m high, with its upper edge through the origin. It waves slightly out of the XY
 /// plane.
 pub(crate) fn hanging_banner() -> Shape {
     const COLUMNS: u32 = 6;
@@ -108,7 +109,7 @@ pub(crate) fn streamer() -> Shape {
     })
 }
 
-/// The height of the land: level around the square and the road, hills far away.
+/// The height of the land in metres at a point: flat around the square and the road, with hills far away.
 fn height(x: f64, z: f64) -> f64 {
     let from_axis = (x.abs() - 20.0).max(0.0);
     let beyond = (-z - 105.0).max(0.0);
@@ -118,7 +119,7 @@ fn height(x: f64, z: f64) -> f64 {
     -0.06 + rise * rise * (16.0 + 46.0 * hills) + (distance / 40.0).min(1.0) * (hills - 0.45)
 }
 
-/// The land: a grid of smooth hills from `near` (largest z) to `far`, `half_width` to each side.
+/// The land as a grid of smooth hills, from z = `near` to z = `far`, extending `half_width` metres to each side.
 pub(crate) fn land(near: f64, far: f64, half_width: f64, columns: u32, rows: u32) -> Shape {
     let x = |column: u32| -half_width + 2.0 * half_width * f64::from(column) / f64::from(columns);
     let z = |row: u32| near + (far - near) * f64::from(row) / f64::from(rows);

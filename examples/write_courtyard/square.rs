@@ -8,7 +8,7 @@ use crate::glb::{Document, Placement, Shape, vec3};
 use crate::surfaces::Surfaces;
 use crate::{END, nature, statue, things};
 
-/// The statue in its basin, with a fence around.
+/// Adds the fountain: the statue in its basin, with a fence around it.
 pub(crate) fn fountain(document: &mut Document, surfaces: &Surfaces) {
     let group = document.group("fountain", None, Placement::at(1.6, 0.0, -10.5));
     let pedestal = [(surfaces.limestone, &statue::pedestal()), (surfaces.water, &statue::water())];
@@ -29,7 +29,7 @@ pub(crate) fn fountain(document: &mut Document, surfaces: &Surfaces) {
     }
 }
 
-/// Things that people have left on the square, near the camera.
+/// Adds the objects that stand on the square near the camera.
 pub(crate) fn standing_things(document: &mut Document, surfaces: &Surfaces) {
     let group = document.group("things", None, Placement::IDENTITY);
     let amphora = document.mesh("amphora", &[(surfaces.terracotta, &things::amphora())]);
@@ -94,7 +94,7 @@ pub(crate) fn standing_things(document: &mut Document, surfaces: &Surfaces) {
     pennants(document, surfaces, group);
 }
 
-/// Two ropes with pennants from the arcade to the wall.
+/// Adds two ropes with pennants between the arcade and the west wall.
 fn pennants(document: &mut Document, surfaces: &Surfaces, group: NodeId) {
     let ropes = [
         (vec3(8.75, 5.2, -2.0), vec3(-9.9, 4.7, -7.5), 1.0),

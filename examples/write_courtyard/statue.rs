@@ -4,7 +4,7 @@ use crate::glb::functions::{cos, sin_cos};
 use crate::glb::solids::{ball, lathe, ring, rod, standing, tube};
 use crate::glb::{Placement, Shape, Vec3, vec3};
 
-/// A robed figure about two metres high that looks along +Z, one arm raised, the other one on a staff.
+/// A robed figure, about 2 m high, that looks along +Z with one arm raised and the other hand on a staff.
 pub(crate) fn figure() -> Shape {
     let mut figure = robe();
     let torso = lathe(
@@ -63,7 +63,7 @@ pub(crate) fn figure() -> Shape {
     figure
 }
 
-/// The staff in the figure's hand, with a ring at its top: the thinnest thing on the square.
+/// The staff in the figure's hand, 3.2 cm thick, with a ring at its top.
 pub(crate) fn staff() -> Shape {
     rod(vec3(0.40, 0.0, 0.33), vec3(0.40, 2.35, 0.33), 0.016, 8)
         .and(&ring(0.11, 0.014, 20, 6), &Placement::at(0.40, 2.46, 0.33))
@@ -73,7 +73,7 @@ fn limb(points: &[(f64, f64, f64)], radii: &[f64]) -> Vec<(Vec3, f64)> {
     points.iter().zip(radii).map(|((x, y, z), radius)| (vec3(*x, *y, *z), *radius)).collect()
 }
 
-/// A skirt in deep folds that flatten towards the girdle.
+/// The skirt of the figure, with deep folds that flatten towards the girdle.
 fn robe() -> Shape {
     const SEGMENTS: u32 = 72;
     let profile =
@@ -96,7 +96,7 @@ fn robe() -> Shape {
     })
 }
 
-/// Three round steps, a basin rim and a moulded pedestal, 1.5 metres high, around the Y axis.
+/// The base of the statue around the Y axis: round steps, a basin rim and a moulded pedestal, 1.8 m high.
 pub(crate) fn pedestal() -> Shape {
     let steps = lathe(&[(3.1, 0.0), (3.1, 0.16), (2.75, 0.16), (2.75, 0.32), (2.4, 0.32)], 40);
     let basin = lathe(
@@ -120,10 +120,10 @@ pub(crate) fn pedestal() -> Shape {
     steps.joined(&basin).joined(&block)
 }
 
-/// The height at which the figure stands.
+/// The height of the pedestal on which the figure stands, in metres.
 pub(crate) const PEDESTAL_HEIGHT: f64 = 1.8;
 
-/// The water in the basin.
+/// The water surface in the basin.
 pub(crate) fn water() -> Shape {
     lathe(&[(2.1, 0.72), (0.4, 0.72)], 40)
 }

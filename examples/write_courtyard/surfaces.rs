@@ -6,7 +6,7 @@ use crate::glb::noise::{fractal, unit};
 use crate::glb::png::{Color, paletted, ramp};
 use crate::glb::{Document, Material};
 
-/// All surfaces of the scene.
+/// The materials of the scene.
 pub(crate) struct Surfaces {
     pub(crate) pavement: MaterialId,
     pub(crate) masonry: MaterialId,
@@ -26,12 +26,12 @@ pub(crate) struct Surfaces {
     pub(crate) water: MaterialId,
 }
 
-/// Metres that one repetition of the pavement covers.
+/// The length in metres that one repetition of the pavement texture covers.
 pub(crate) const PAVEMENT_SIZE: f64 = 3.2;
-/// Metres that one repetition of the masonry covers.
+/// The length in metres that one repetition of the masonry texture covers.
 pub(crate) const MASONRY_SIZE: f64 = 2.4;
 
-/// Adds all materials.
+/// Adds all materials of the scene to the document.
 pub(crate) fn add(document: &mut Document) -> Surfaces {
     let cloth = |document: &mut Document, name: &str, color: [f64; 3]| {
         document.material(Material { name, color, double_sided: true, ..Material::default() })
@@ -67,7 +67,8 @@ fn byte(value: f64) -> u8 {
     (value * 255.0).round().clamp(0.0, 255.0) as u8
 }
 
-/// Rectangular slabs in rows of different heights, each slab with its own brightness and bond, in a repeating square.
+/// The pavement texture as a PNG file: rectangular slabs in rows of different heights. Each slab has its own
+/// brightness, and the texture repeats.
 fn pavement() -> Vec<u8> {
     const SIDE: u32 = 256;
     const ROWS: [u32; 4] = [0, 68, 128, 200];
@@ -94,7 +95,7 @@ fn pavement() -> Vec<u8> {
     })
 }
 
-/// Courses of dressed stone in running bond.
+/// The masonry texture as a PNG file: courses of dressed stone in running bond.
 fn masonry() -> Vec<u8> {
     const SIDE: u32 = 128;
     let palette = ramp(256, &[[88, 70, 50], [164, 138, 104], [208, 184, 146], [232, 214, 182]]);
@@ -110,7 +111,7 @@ fn masonry() -> Vec<u8> {
     })
 }
 
-/// Round tiles in rows that overlap downwards.
+/// The roof texture as a PNG file: round tiles in rows that overlap downwards.
 fn tiles() -> Vec<u8> {
     const SIDE: u32 = 64;
     let palette = ramp(256, &[[58, 26, 18], [142, 66, 40], [188, 98, 60], [214, 138, 92]]);
@@ -125,7 +126,7 @@ fn tiles() -> Vec<u8> {
     })
 }
 
-/// A spray of pointed leaves around the middle, everything else cut away.
+/// The leaf texture as a PNG file: a spray of pointed leaves, transparent elsewhere.
 fn leaves() -> Vec<u8> {
     const SIDE: u32 = 128;
     let mut palette: Vec<Color> = ramp(255, &[[30, 52, 16], [72, 104, 34], [128, 150, 58], [172, 170, 80]]);
@@ -157,7 +158,7 @@ fn leaves() -> Vec<u8> {
     })
 }
 
-/// A red cloth with an ochre border, a sun in its middle and a swallow tail.
+/// The banner texture as a PNG file: red cloth with an ochre border, a sun and a swallow tail.
 fn banner() -> Vec<u8> {
     const WIDTH: u32 = 64;
     const HEIGHT: u32 = 192;

@@ -37,7 +37,7 @@ pub(crate) fn amphora() -> Shape {
     jar
 }
 
-/// A wide pot for a plant, half a metre high.
+/// A wide plant pot, 0.5 m high.
 pub(crate) fn pot() -> Shape {
     let profile = [
         (0.0, 0.0),
@@ -52,7 +52,7 @@ pub(crate) fn pot() -> Shape {
     lathe(&profile, 18)
 }
 
-/// A crate of slats with a side of one metre.
+/// A crate of slats with sides of 1 m.
 pub(crate) fn crate_of_slats() -> Shape {
     let mut shape = Shape::new();
     for (x, z) in [(-0.46, -0.46), (0.46, -0.46), (-0.46, 0.46), (0.46, 0.46)] {
@@ -83,7 +83,7 @@ pub(crate) fn bench() -> Shape {
         .and(&foot, &Placement::at(0.75, 0.0, 0.0).scaled(1.0, 1.0, 1.3))
 }
 
-/// A spoked wheel of radius 0.62 around the Z axis through the origin.
+/// A spoked wheel of radius 0.62 m, around the Z axis through the origin.
 pub(crate) fn wheel() -> Shape {
     let mut wheel = ring(0.59, 0.035, 32, 8).placed(&Placement::IDENTITY.scaled(1.0, 1.0, 1.3));
     let hub = rod(vec3(0.0, 0.0, -0.13), vec3(0.0, 0.0, 0.13), 0.085, 12);
@@ -95,7 +95,7 @@ pub(crate) fn wheel() -> Shape {
     wheel
 }
 
-/// The body of a handcart whose axle lies 0.62 above the ground; its handles point along +X and rest on a leg.
+/// The body of a handcart with its axle 0.62 m above the ground. Its handles point along +X and rest on a leg.
 pub(crate) fn cart_body() -> Shape {
     let mut cart = Shape::new();
     for z in [-0.36, 0.36] {
@@ -117,8 +117,8 @@ pub(crate) fn cart_body() -> Shape {
     cart.joined(&rod(vec3(0.0, 0.62, -0.6), vec3(0.0, 0.62, 0.6), 0.035, 8))
 }
 
-/// A pergola of a length along −Z, open at its front, over x from 0 to `width`: posts along x = `width`, a beam on
-/// them, rafters, and thin laths along them.
+/// A pergola along −Z, over x from 0 to `width`. It has posts at x = `width`, a beam on the posts, rafters, and thin
+/// laths across them. Sizes are in metres.
 pub(crate) fn pergola(width: f64, length: f64, height: f64) -> Shape {
     let mut shape = Shape::new();
     let posts = (length / 4.0).round() as u32;
@@ -147,7 +147,7 @@ pub(crate) fn pergola(width: f64, length: f64, height: f64) -> Shape {
     shape
 }
 
-/// An iron railing between two points of the ground or a stair: posts with balls, two rails, thin bars.
+/// An iron railing between two foot points: posts with knobs, two rails, and thin bars.
 pub(crate) fn railing(from: Vec3, to: Vec3, height: f64) -> Shape {
     let mut shape = Shape::new();
     let up = |height: f64| vec3(0.0, height, 0.0);
@@ -167,7 +167,7 @@ pub(crate) fn railing(from: Vec3, to: Vec3, height: f64) -> Shape {
     shape
 }
 
-/// A rope that sags between two points.
+/// A rope between two points that sags by `sag` metres in the middle, made of `steps` segments.
 pub(crate) fn rope(from: Vec3, to: Vec3, sag: f64, radius: f64, steps: u32) -> Shape {
     tube(
         &(0..=steps)
@@ -178,12 +178,12 @@ pub(crate) fn rope(from: Vec3, to: Vec3, sag: f64, radius: f64, steps: u32) -> S
     )
 }
 
-/// A point of such a rope, `t` from 0 to 1.
+/// A point of a rope that sags by `sag` metres between two points; `t` runs from 0 to 1.
 pub(crate) fn sagging(from: Vec3, to: Vec3, sag: f64, t: f64) -> Vec3 {
     from + (to - from) * t - vec3(0.0, 4.0 * sag * t * (1.0 - t), 0.0)
 }
 
-/// A pole with an arm and a lantern, five metres high, its arm along +X.
+/// A lantern pole, about 5 m high, with the arm along +X.
 pub(crate) fn lantern_pole() -> Shape {
     let pole = lathe(&[(0.14, 0.0), (0.14, 0.2), (0.08, 0.3), (0.05, 0.5), (0.035, 5.0), (0.0, 5.2)], 10);
     let lantern = lathe(&[(0.0, 0.0), (0.08, 0.0), (0.13, 0.3), (0.17, 0.32), (0.03, 0.46), (0.0, 0.52)], 6);

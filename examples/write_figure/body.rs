@@ -6,8 +6,8 @@ use crate::glb::solids::ball;
 use crate::glb::streams::Weight;
 use crate::glb::{Document, Placement, Shape, Vec3, vec3};
 
-/// A joint: its name, its parent's number, where it stands in the figure at rest, and the limb to where it leads: the
-/// end, and the radius at both ends.
+/// A joint: name, index of the parent, and position at rest in metres. `limb` is the end of the limb that starts at the
+/// joint, and its radius at both ends; `None` for no limb.
 struct Joint {
     name: &'static str,
     parent: Option<usize>,
@@ -35,7 +35,7 @@ fn joints() -> Vec<Joint> {
     ]
 }
 
-/// Adds the figure with its animation.
+/// Adds the skinned figure with its animation to a document.
 pub(crate) fn add(document: &mut Document, material: MaterialId, placement: Placement) {
     let joints = joints();
     let root = document.group("figure", None, placement);
@@ -56,7 +56,7 @@ pub(crate) fn add(document: &mut Document, material: MaterialId, placement: Plac
     animate(document, &nodes, &joints);
 }
 
-/// Capsules around the limbs. Near a joint a vertex follows the limb before it, too.
+/// The mesh of capsules around the limbs, with weights. Vertices near a joint also follow the joint's parent.
 fn mesh(joints: &[Joint]) -> (Shape, Vec<Weight>) {
     const CAP: u32 = 4;
     const CONE: u32 = 4;
@@ -94,7 +94,7 @@ fn mesh(joints: &[Joint]) -> (Shape, Vec<Weight>) {
     (shape, weights)
 }
 
-/// A rotation about an axis, in degrees, as glTF writes it: x, y, z, w.
+/// The quaternion (x, y, z, w) of a rotation about a unit axis, by an angle in degrees.
 fn turn(axis: Vec3, degrees: f64) -> [f64; 4] {
     let (sin, cos) = sin_cos(0.5 * degrees.to_radians());
     [axis.x * sin, axis.y * sin, axis.z * sin, cos]

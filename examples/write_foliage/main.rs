@@ -55,7 +55,7 @@ fn ground() -> Shape {
     block(vec3(-14.0, -0.4, -16.0), vec3(14.0, 0.0, 10.0))
 }
 
-/// Stepping stones.
+/// The path of stepping stones.
 fn path() -> Shape {
     let mut shape = Shape::new();
     for at in 0..7_i64 {

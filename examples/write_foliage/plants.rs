@@ -10,7 +10,7 @@ use crate::glb::{Placement, Shape, Vec3, vec3};
 
 const SIDE: u32 = 128;
 
-/// A spray of seven pointed leaves.
+/// The leaf texture as a PNG file: a spray of seven pointed leaves.
 pub(crate) fn leaf_texture() -> Vec<u8> {
     cut_out(&[[28, 62, 18], [74, 120, 36], [140, 168, 64]], |px, py| {
         (0..7_i64).find_map(|leaf| {
@@ -29,7 +29,7 @@ pub(crate) fn leaf_texture() -> Vec<u8> {
     })
 }
 
-/// Nine blades, broad at the bottom.
+/// The grass texture as a PNG file: nine blades, broad at the bottom.
 pub(crate) fn grass_texture() -> Vec<u8> {
     cut_out(&[[44, 66, 18], [96, 128, 40], [158, 170, 78]], |px, py| {
         let height = 1.0 - py;
@@ -43,7 +43,8 @@ pub(crate) fn grass_texture() -> Vec<u8> {
     })
 }
 
-/// A texture whose colours are a ramp from 0 to 1, with holes where there is no value; x and y run from 0 to 1, y down.
+/// A PNG texture with the colour ramp `stops` for values from 0 to 1, and holes where `value` returns `None`. The
+/// arguments of `value` run from 0 to 1, to the right and downwards.
 fn cut_out(stops: &[[u8; 3]; 3], value: impl Fn(f64, f64) -> Option<f64>) -> Vec<u8> {
     let mut palette: Vec<Color> = ramp(63, stops);
     let hidden = palette.len() as u8;
@@ -55,7 +56,7 @@ fn cut_out(stops: &[[u8; 3]; 3], value: impl Fn(f64, f64) -> Option<f64>) -> Vec
     })
 }
 
-/// A card in the XY plane, from the origin up.
+/// A textured rectangle in the XY plane that rises from the origin. Sizes are in metres.
 fn card(width: f64, height: f64) -> Shape {
     let mut card = Shape::new();
     let x = 0.5 * width;
@@ -68,7 +69,7 @@ fn card(width: f64, height: f64) -> Shape {
     card
 }
 
-/// Cards of leaves at random places in a box.
+/// `count` leaf cards of about `size` metres at random places in a box.
 pub(crate) fn cards(count: i64, low: Vec3, high: Vec3, size: f64, seed: i64) -> Shape {
     let mut shape = Shape::new();
     for at in 0..count {
@@ -83,7 +84,7 @@ pub(crate) fn cards(count: i64, low: Vec3, high: Vec3, size: f64, seed: i64) -> 
     shape
 }
 
-/// A trunk with boughs, and a crown of cards.
+/// A tree of `height` metres: the trunk with boughs, and the crown of leaf cards.
 pub(crate) fn tree(height: f64, seed: i64) -> (Shape, Shape) {
     let bend = |t: f64| vec3(0.18 * sin(2.0 * t + seed as f64), t * height, 0.12 * sin(3.0 * t));
     let path = |from: f64, to: f64, thick: f64| -> Vec<(Vec3, f64)> {
@@ -114,7 +115,7 @@ pub(crate) fn tree(height: f64, seed: i64) -> (Shape, Shape) {
     (trunk, crown)
 }
 
-/// Fronds that lean outwards.
+/// A fern: fronds around the origin that lean outwards.
 pub(crate) fn fern(seed: i64) -> Shape {
     let mut shape = Shape::new();
     for frond in 0..11_i64 {
@@ -125,7 +126,7 @@ pub(crate) fn fern(seed: i64) -> Shape {
     shape
 }
 
-/// Three crossed cards of grass.
+/// A tuft of grass: three crossed cards.
 pub(crate) fn tuft() -> Shape {
     let mut shape = Shape::new();
     for turn in 0..3 {

@@ -4,7 +4,7 @@ use crate::glb::noise::between;
 use crate::glb::solids::{beam, block, rod, standing};
 use crate::glb::{Placement, Shape, vec3};
 
-/// A table of 1.8 m by 0.9 m with slender legs.
+/// A table, 1.8 m by 0.9 m, with slender legs.
 pub(crate) fn table() -> Shape {
     let mut shape = block(vec3(-0.9, 0.71, -0.45), vec3(0.9, 0.75, 0.45));
     for (x, z) in [(-0.84, -0.39), (0.84, -0.39), (-0.84, 0.39), (0.84, 0.39)] {
@@ -13,7 +13,7 @@ pub(crate) fn table() -> Shape {
     shape
 }
 
-/// A chair with legs of 3 cm and a back of bars.
+/// A chair with legs 3 cm thick and a back of bars.
 pub(crate) fn chair() -> Shape {
     let mut shape = block(vec3(-0.21, 0.43, -0.21), vec3(0.21, 0.46, 0.21));
     for (x, z, height) in [(-0.19, -0.19, 0.9), (0.19, -0.19, 0.9), (-0.19, 0.19, 0.44), (0.19, 0.19, 0.44)] {
@@ -27,7 +27,7 @@ pub(crate) fn chair() -> Shape {
     shape
 }
 
-/// A shelf of 1.6 m by 2 m with books.
+/// A shelf, 1.6 m wide and 2 m high, with books.
 pub(crate) fn shelf() -> Shape {
     let mut shape = Shape::new();
     for x in [-0.8, -0.02, 0.77] {
@@ -59,7 +59,7 @@ pub(crate) fn shelf() -> Shape {
     shape
 }
 
-/// A ladder of 2.4 m.
+/// An upright ladder, 2.4 m high.
 pub(crate) fn ladder() -> Shape {
     let mut shape = Shape::new();
     for x in [-0.22, 0.22] {
@@ -72,7 +72,7 @@ pub(crate) fn ladder() -> Shape {
     shape
 }
 
-/// A rail along X of a length, with bars of 1.6 cm.
+/// A railing along X, `length` metres long, with bars 1.6 cm thick.
 pub(crate) fn rail(length: f64) -> Shape {
     let mut shape = Shape::new();
     let bars = (length / 0.12).round() as i32;
@@ -87,7 +87,7 @@ pub(crate) fn rail(length: f64) -> Shape {
     shape
 }
 
-/// A sofa of blocks.
+/// A sofa made of blocks.
 pub(crate) fn sofa() -> Shape {
     let mut shape = block(vec3(-0.9, 0.12, -0.4), vec3(0.9, 0.42, 0.42));
     for (low, high) in [
@@ -103,7 +103,7 @@ pub(crate) fn sofa() -> Shape {
     shape
 }
 
-/// An upright frame of four bars around a centre, 3 cm deep.
+/// An upright picture frame of four bars around the origin, 3 cm deep. Sizes are those of the opening, in metres.
 pub(crate) fn frame(width: f64, height: f64) -> Shape {
     let (x, y, bar) = (0.5 * width, 0.5 * height, 0.04);
     let mut shape = block(vec3(-x - bar, y, -0.005), vec3(x + bar, y + bar, 0.025));

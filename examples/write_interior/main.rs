@@ -51,7 +51,7 @@ fn interior() -> Document {
     document
 }
 
-/// Four walls, floor and ceiling, each as thick as it would be, so that no light comes through.
+/// Adds four walls, floor and ceiling, 20 cm thick, so that no light leaks in.
 fn room(document: &mut Document) {
     let plaster = document.plain("plaster", [0.72, 0.69, 0.64]);
     let boards = document.plain("boards", [0.34, 0.22, 0.13]);
@@ -96,7 +96,7 @@ fn bowl_and_bottles(document: &mut Document) {
     }
 }
 
-/// Three frames on the far wall, each with a spot of its own.
+/// Adds three pictures on the far wall, each lit by its own spot light.
 fn pictures(document: &mut Document, frame: glb::document::MaterialId) {
     let canvas = document.plain("canvas", [0.25, 0.30, 0.42]);
     let border = furniture::frame(0.9, 0.65);
@@ -118,7 +118,7 @@ fn pictures(document: &mut Document, frame: glb::document::MaterialId) {
     }
 }
 
-/// A pane of tinted glass in a frame, between the rail and the wall.
+/// Adds a pane of tinted glass in a frame, beside the railing.
 fn pane(document: &mut Document, metal: glb::document::MaterialId) {
     let glass = document.material(Material {
         name: "tinted glass",

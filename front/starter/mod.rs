@@ -5,19 +5,19 @@
 use crate::diagnostic::{Diagnostic, Place, codes};
 use crate::low_level::pipeline::{self, FileKind};
 
-/// The kinds of pipelines to begin with.
+/// The kinds of starter pipelines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Kind {
-    /// Full-screen passes after the picture of a pipeline that comes with the module.
+    /// Full-screen passes after the picture of a bundled pipeline.
     Post,
-    /// Cascaded shadows over meshes that a template of your own lights.
+    /// Cascaded shadow maps, and meshes lit by a template of the new pipeline.
     Shadows,
-    /// One of the systems that come with the module, with values and a pass of your own.
+    /// A bundled shadow system, with values and a pass of the new pipeline.
     System,
 }
 
-/// A file: its path, and its text.
+/// The path and the text of a file.
 type File = (&'static str, &'static str);
 
 const COMMON: &[File] = &[
@@ -29,7 +29,7 @@ const COMMON: &[File] = &[
 ];
 
 impl Kind {
-    /// The kind of a word: `post`, `shadows` or `system`.
+    /// Returns the kind of a keyword: `post`, `shadows` or `system`; `None` for any other.
     pub fn of(word: &str) -> Option<Self> {
         match word {
             "post" => Some(Self::Post),
@@ -61,10 +61,10 @@ impl Kind {
     }
 }
 
-/// Paths and texts of a folder for a pipeline of a name.
+/// Returns the paths and texts of the files of a new pipeline called `name`.
 ///
 /// # Errors
-/// A name that no pipeline can have.
+/// A name that is not valid for a pipeline.
 pub fn files(kind: Kind, name: &str) -> Result<Vec<(String, String)>, Diagnostic> {
     let is_fine = name.starts_with(|one: char| one.is_ascii_alphabetic())
         && name.chars().all(|one| one.is_ascii_alphanumeric() || one == '_' || one == '-');

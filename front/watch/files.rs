@@ -16,7 +16,7 @@ use notify_debouncer_full::notify::event::EventKind;
 use notify_debouncer_full::notify::{Config, RecommendedWatcher, RecursiveMode};
 use notify_debouncer_full::{DebounceEventResult, Debouncer, NoCache, new_debouncer_opt};
 
-/// Time without further notices after which a change is reported.
+/// Time without further notices, after which a change is reported.
 pub(super) const PAUSE: Duration = Duration::from_millis(30);
 /// Interval at which the debouncer looks for notices that are old enough.
 const TICK: Duration = Duration::from_millis(6);
@@ -28,10 +28,10 @@ pub(super) struct FileEvents {
 }
 
 impl FileEvents {
-    /// Tells `changed` of changes from here on, on a thread of the debouncer's.
+    /// Begins to watch. `changed` is called after each change, on a thread of the debouncer.
     ///
     /// # Errors
-    /// The operating system's refusal.
+    /// The operating system refuses to watch files.
     pub(super) fn new(changed: impl Fn() + Send + 'static) -> Result<Self, String> {
         let told = move |result: DebounceEventResult| match result {
             // Reading a file is an access, which would tell of itself forever.
@@ -81,13 +81,13 @@ impl FileEvents {
     }
 }
 
-/// The folder in which a file is or would be.
+/// Returns the folder that contains a file, whether or not the file exists.
 fn folder_of(file: &Path) -> PathBuf {
     let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty());
     folder.map_or_else(|| PathBuf::from("."), Path::to_path_buf)
 }
 
-/// The nearest folder that exists, from one upward.
+/// Returns the folder itself if it exists, or else its nearest existing parent.
 fn existing(mut folder: PathBuf) -> Option<PathBuf> {
     loop {
         if folder.is_dir() {

@@ -8,12 +8,12 @@ use crate::{Error, Frame, wgpu};
 use super::{Ready, Watcher};
 
 impl Renderer {
-    /// Records a frame of a pipeline that follows its files; whether there was a plan to record. What is ready of the
-    /// watcher is taken over first. Another size, format or usage of the host's textures is planned at once; other
-    /// options are planned on the watcher's thread, and the plan before goes on until then.
+    /// Records a frame of a pipeline that follows its files. Returns `true` if there was a plan to record. The
+    /// watcher's finished plan is installed first. A new size, format or usage of the host's textures is planned at
+    /// once. Other options are planned on the watcher's thread, and the previous plan is used until then.
     ///
     /// # Errors
-    /// As of [`Renderer::record`], but for what is wrong with files or options: that is [`Watcher::error`].
+    /// The errors of [`Renderer::record`], except errors in files or options, which [`Watcher::error`] returns.
     pub fn record_watched(
         &mut self,
         watcher: &mut Watcher,
@@ -46,7 +46,7 @@ impl Renderer {
         }
     }
 
-    /// Makes the next watched frame ask its draw source how meshes are stored: after a scene was loaded again.
+    /// Makes the next watched frame query its draw source for mesh layouts again: after a scene was reloaded.
     pub fn renew_source(&mut self) {
         self.has_new_source = true;
     }

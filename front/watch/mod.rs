@@ -58,21 +58,21 @@ pub struct Watcher {
     outcomes: Receiver<Outcome>,
     thread: Option<JoinHandle<()>>,
     wake: Arc<Mutex<Wake>>,
-    /// The inputs that the thread was told, and whether with something to make pipelines with.
+    /// The options that were last sent to the thread, and whether they were sent with a plan preparer.
     told: Option<(Options, bool)>,
     ready: Option<Box<Ready>>,
     error: Option<Error>,
     reload: Option<Reload>,
     running: Option<Read>,
-    /// The options that the plan which runs was made for, or tried to be.
+    /// The options of the last plan that was installed, or whose planning failed.
     planned_for: Option<Options>,
-    /// Whether documents alone say what imports are.
+    /// Whether imports are planned as the documents declare them, whatever textures the frames bring.
     has_declared_imports: bool,
     #[cfg(feature = "gltf")]
     scene: SceneNews,
 }
 
-/// A scene that was loaded and not taken yet, and why the last one was not.
+/// A loaded scene that was not taken yet, and the error of the last load that failed.
 #[cfg(feature = "gltf")]
 #[derive(Default)]
 struct SceneNews {
@@ -80,20 +80,20 @@ struct SceneNews {
     error: Option<Error>,
 }
 
-/// The function that is called when a frame could show something else.
+/// The function that is called when a frame could show something new.
 type Wake = Option<Box<dyn Fn() + Send>>;
 
-/// The times of a change that was taken over.
+/// The durations of one applied change of files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Reload {
-    /// The moment at which the operating system's notices of it had paused.
+    /// The moment at which the operating system's notices of the change had paused.
     pub changed: Instant,
     /// The time for reading and composing files.
     pub loaded: Duration,
-    /// The time for planning, with new shader variants proven.
+    /// The time for planning, including the validation of new shader variants.
     pub planned: Duration,
-    /// The time for shader modules, layouts and pipelines, nearly all of it within wgpu.
+    /// The time for creating shader modules, layouts and pipelines, nearly all of it within wgpu.
     pub prepared: Duration,
 }
 
@@ -116,17 +116,17 @@ impl Read {
         Self { pipeline, parameters: parameters.into(), sources }
     }
 
-    /// Whether this is the same pipeline with these parameter files.
+    /// Returns `true` if the parameter files are equal to these.
     fn is_with(&self, parameters: &[ParameterFile]) -> bool {
         format!("{:?}", self.parameters) == format!("{parameters:?}")
     }
 
-    /// Whether it is of a load, with these parameter files.
+    /// Returns `true` if the pipeline comes from this load and the parameter files are equal to these.
     pub(super) fn is_of(&self, loaded: &umbragraph_session::Loaded, parameters: &[ParameterFile]) -> bool {
         self.pipeline.is_of(loaded) && self.is_with(parameters)
     }
 
-    /// Plans with the values of the parameter files under those of the options.
+    /// Plans with the values of the parameter files, which the options override.
     pub(super) fn plan(&self, options: &Options) -> Result<Arc<Plan>, Error> {
         let planned = self.pipeline.plan_over(options, &self.parameters);
         planned.map_err(|found| Error::new(found, &self.sources))
@@ -134,10 +134,11 @@ impl Read {
 }
 
 impl Watcher {
-    /// Begins to watch a pipeline. Its files are read on a thread, so that what is wrong with them is no error here.
+    /// Begins to watch a pipeline. A thread reads the files, so errors in files are reported by [`Watcher::error`], not
+    /// here.
     ///
     /// # Errors
-    /// An operating system that does not tell of changes, or starts no thread.
+    /// An operating system that cannot report file changes or start a thread.
     pub fn new(library: Library, path: impl AsRef<Path>) -> Result<Self, Error> {
         let (orders, ordered) = channel();
         let (done, outcomes) = channel();
@@ -207,28 +208,28 @@ impl Watcher {
         self
     }
 
-    /// Plans imports as the documents declare them, whatever textures the frames bring: for a host that makes its
-    /// textures after the plan, so that an edit can change their format.
+    /// Plans imports as the documents declare them, whatever textures the frames bring. This suits a host that creates
+    /// its textures from the plan, so that an edit can change their format.
     #[must_use]
     pub fn declared_imports(mut self) -> Self {
         self.has_declared_imports = true;
         self
     }
 
-    /// Sets a function that a thread of the watcher calls if a frame could show something else: for windows that draw
-    /// only then.
+    /// Sets a function that a thread of the watcher calls when a frame could show something new: for windows that draw
+    /// on demand.
     #[must_use]
     pub fn wake(self, wake: impl Fn() + Send + 'static) -> Self {
         *self.wake.lock().unwrap_or_else(PoisonError::into_inner) = Some(Box::new(wake));
         self
     }
 
-    /// Reads all files again, as if each had changed: for file systems that tell nothing.
+    /// Reads all files again, as if each had changed: for file systems that report no changes.
     pub fn refresh(&self) {
         self.order(Order::Changed(Instant::now()));
     }
 
-    /// The reason why the files as they are now are not what is drawn; `None` once they are.
+    /// Returns the error that keeps the current files from being drawn; `None` if the current files are drawn.
     pub fn error(&self) -> Option<&Error> {
         #[cfg(feature = "gltf")]
         if let Some(error) = &self.scene.error {
@@ -237,17 +238,17 @@ impl Watcher {
         self.error.as_ref()
     }
 
-    /// The times of the last change that was taken over, once.
+    /// Returns the durations of the last applied change, once; `None` until the next change.
     pub fn take_reload(&mut self) -> Option<Reload> {
         self.reload.take()
     }
 
-    /// The pipeline that is drawn, once there is one.
+    /// Returns the pipeline that is drawn; `None` until the first one is ready.
     pub fn pipeline(&self) -> Option<&Pipeline> {
         self.running.as_ref().map(|read| &read.pipeline)
     }
 
-    /// The scene, once after each time that it was loaded. Frames draw it after
+    /// Returns the scene once after each load; otherwise `None`. Frames draw the new scene after
     /// [`Renderer::renew_source`](crate::Renderer::renew_source).
     #[cfg(feature = "gltf")]
     pub fn take_scene(&mut self) -> Option<crate::scene::Scene> {
@@ -255,7 +256,7 @@ impl Watcher {
         self.scene.new.take().map(|scene| *scene)
     }
 
-    /// Receives what the thread has found by now.
+    /// Receives the pending messages of the worker thread.
     fn receive(&mut self) {
         while let Ok(outcome) = self.outcomes.try_recv() {
             match outcome {
@@ -273,7 +274,7 @@ impl Watcher {
         }
     }
 
-    /// Tells the thread the inputs of frames, if they are others.
+    /// Sends the inputs of frames to the worker thread, if they have changed.
     fn tell(&mut self, options: &Options, preparer: Option<PlanPreparer>) {
         let can_prepare = preparer.is_some();
         if self.told.as_ref().is_some_and(|told| told.0 == *options && told.1 == can_prepare) {
@@ -283,7 +284,7 @@ impl Watcher {
         self.order(Order::Inputs(Box::new(Inputs { options: options.clone(), preparer })));
     }
 
-    /// The plan that is ready for some inputs.
+    /// Takes the plan that is ready for these options; `None` if there is none.
     fn take_ready(&mut self, options: &Options) -> Option<Box<Ready>> {
         self.ready.take().filter(|ready| ready.options == *options)
     }

@@ -13,27 +13,27 @@ use umbragraph_graph::compose::read_bytes;
 use crate::diagnostic::Diagnostics;
 use crate::scene::{self, Folder, ResolveError, Resolver, Scene};
 
-/// Size and time of change of a file; `None` where there is none.
+/// Size in bytes and modification time of a file; `None` if the file does not exist.
 type Stamp = Option<(u64, Option<SystemTime>)>;
 
-/// A scene, and what it was made of.
+/// A scene file, and the state of the files that the scene was loaded from.
 pub(super) struct WatchedScene {
     path: PathBuf,
     stamps: BTreeMap<PathBuf, Stamp>,
 }
 
 impl WatchedScene {
-    /// A scene that was not loaded yet.
+    /// Creates the entry of a scene that is not loaded yet.
     pub(super) fn new(path: PathBuf) -> Self {
         Self { path, stamps: BTreeMap::new() }
     }
 
-    /// The files that it was made of, and those that it looked for.
+    /// Returns the paths of the files that the scene was loaded from, or that it looked for.
     pub(super) fn files(&self) -> impl Iterator<Item = PathBuf> {
         self.stamps.keys().cloned()
     }
 
-    /// Loads the scene, if it was not or one of its files is another; `None` if all are as they were.
+    /// Loads the scene if it is new or one of its files has changed; otherwise returns `None`.
     pub(super) fn load_again(&mut self) -> Option<Result<Scene, Diagnostics>> {
         if !self.stamps.is_empty() && self.stamps.iter().all(|(path, known)| stamp(path) == *known) {
             return None;
@@ -51,7 +51,7 @@ impl WatchedScene {
     }
 }
 
-/// Reads files, and notes which.
+/// Reads files and records their paths.
 struct Noting {
     files: Folder,
     folder: PathBuf,

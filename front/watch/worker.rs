@@ -22,7 +22,7 @@ use super::{Read, Reload, Wake};
 /// Time in which a second notice belongs to the same change.
 const SETTLE: Duration = Duration::from_millis(10);
 
-/// Messages to the thread.
+/// Messages to the worker thread.
 pub(super) enum Order {
     /// A file changed, or the watcher begins.
     Changed(Instant),
@@ -33,7 +33,7 @@ pub(super) enum Order {
     /// The scene.
     #[cfg(feature = "gltf")]
     Scene(PathBuf),
-    /// The end.
+    /// The thread is to end.
     Stop,
 }
 
@@ -42,19 +42,19 @@ pub(super) enum Order {
 pub(super) struct Inputs {
     /// The options, with the imports of the frames.
     pub(super) options: Options,
-    /// Makes pipelines into the cache of the executor; `None` before the first frame.
+    /// Creates pipelines in the cache of the executor; `None` before the first frame.
     pub(super) preparer: Option<PlanPreparer>,
 }
 
-/// Messages of the thread.
+/// Messages from the worker thread.
 pub(super) enum Outcome {
-    /// A plan for some inputs, whose pipelines may be made.
+    /// A plan for some inputs; its pipelines may be created already.
     Ready(Box<Ready>),
-    /// Why there is none.
+    /// The error that prevents a plan.
     Broken(Error),
-    /// The files say again what is running.
+    /// The files are again those of the running plan.
     Same,
-    /// The scene, or why there is none.
+    /// The loaded scene, or the error that prevented its load.
     #[cfg(feature = "gltf")]
     Scene(Result<Box<crate::scene::Scene>, Error>),
 }
@@ -67,13 +67,13 @@ pub(super) struct Ready {
     /// The prepared plan; `None` before the first frame, and for geometries that the draw source has not declared
     /// yet.
     pub(super) prepared: Option<PreparedPlan>,
-    /// Whether it is of the files as they were at last.
+    /// Whether the plan is of the newest files.
     pub(super) is_current: bool,
     /// The loaded files; `None` if only inputs of frames changed.
     pub(super) reload: Option<Reload>,
 }
 
-/// The state of the thread.
+/// The state of the worker thread.
 pub(super) struct Worker {
     pub(super) library: Library,
     pub(super) target: Target,
@@ -83,18 +83,18 @@ pub(super) struct Worker {
     pub(super) events: FileEvents,
     pub(super) parameters: Vec<PathBuf>,
     pub(super) inputs: Option<Box<Inputs>>,
-    /// The last files of which a plan was sent.
+    /// The files of the last plan that was sent.
     pub(super) running: Option<Read>,
     /// Whether the files as they are now cannot be loaded.
     pub(super) is_broken: bool,
-    /// Later ones, for which there is no plan, or no inputs yet.
+    /// Newer files, for which there is no plan or no inputs yet.
     pub(super) last: Option<Read>,
     #[cfg(feature = "gltf")]
     pub(super) scene: Option<super::scene::WatchedScene>,
 }
 
 impl Worker {
-    /// Works until the watcher goes.
+    /// Runs the thread's loop until the watcher is dropped.
     pub(super) fn run(mut self) {
         while let Ok(order) = self.orders.recv() {
             let mut changed = None;
@@ -172,7 +172,7 @@ impl Worker {
         }
     }
 
-    /// Reads the files; whether they were planned, too.
+    /// Reads the files again. Returns `true` if an attempt was made to plan them.
     fn read_again(&mut self, changed: Instant) -> bool {
         let begin = Instant::now();
         let read = self.library.read_again(&self.target, &self.parameters, self.running.as_ref());
@@ -196,7 +196,7 @@ impl Worker {
         false
     }
 
-    /// Plans for other inputs.
+    /// Plans the newest files with the current inputs.
     fn plan_again(&mut self) {
         if let Some(read) = self.last.clone().or_else(|| self.running.clone()) {
             self.plan(read, None);

@@ -38,20 +38,20 @@ pub use wgpu_types;
 
 pub use compose::read_source;
 
-/// The draw contract: how the host's meshes get into a pass.
+/// The draw contract: the way the host's meshes enter a pass.
 ///
-/// A [`HostInterface`](draw::HostInterface) says how the host stores its meshes, without a device; with the feature
-/// `gpu`, a `DrawSource` draws them into a `DrawPass`.
+/// A [`HostInterface`](draw::HostInterface) describes how the host stores its meshes, without a device; with the
+/// feature `gpu`, a `DrawSource` draws them into a `DrawPass`.
 pub mod draw {
     #[cfg(feature = "gpu")]
     pub use umbragraph_executor::{DrawPass, DrawSource};
     pub use umbragraph_pipeline::draw::*;
 }
 
-/// One typed configuration of a pipeline, and which configurations there are.
+/// Loading of one typed configuration of a pipeline, and enumeration of all configurations.
 ///
-/// [`load`](pipeline::load) makes one of a document; [`Configurations`](pipeline::Configurations) and
-/// [`reach`](pipeline::reach) say which there are, and what they reach.
+/// [`load`](pipeline::load) loads a configuration from a document. [`Configurations`](pipeline::Configurations) lists
+/// configurations; [`reach`](pipeline::reach) finds the shader variants that they use.
 pub mod pipeline {
     pub use umbragraph_pipeline::pipeline::*;
     pub use umbragraph_tools::{

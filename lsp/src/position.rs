@@ -9,7 +9,7 @@ use lsp_types::{Position, Range, Uri};
 
 use umbragraph_graph::source::{SourceFile, Span};
 
-/// The code units that positions count.
+/// The code units in which the columns of positions count.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Encoding {
     /// Bytes.
@@ -27,7 +27,7 @@ impl Encoding {
         u32::try_from(units).unwrap_or(u32::MAX)
     }
 
-    /// The position of a byte of a text.
+    /// The position of a byte offset in a text.
     pub(crate) fn position(self, file: &SourceFile, offset: u32) -> Position {
         let line = file.line_column(offset).line - 1;
         let start = file.line_range(line as usize).map_or(0, |range| range.start);
@@ -43,7 +43,7 @@ impl Encoding {
         Range { start: self.position(file, place.start), end: self.position(file, place.end) }
     }
 
-    /// The byte of a position; a line or column beyond the end is the end.
+    /// The byte offset of a position. A line or column beyond the end gives the end.
     pub(crate) fn offset(self, file: &SourceFile, position: Position) -> usize {
         let Some(line) = file.line_range(position.line as usize) else { return file.text().len() };
         let text = file.text()[line.clone()].trim_end_matches(['\n', '\r']);

@@ -33,11 +33,11 @@ const WATCHED: &str = "**/*.{json,jsonc,jinja}";
 /// The documents of one client, and what was sent to it.
 pub struct Server {
     workspace: Workspace,
-    /// Messages that are not sent yet.
+    /// Messages that are still to be sent.
     out: Vec<Message>,
-    /// Files for which something is published.
+    /// The files with published diagnostics.
     published: BTreeSet<PathBuf>,
-    /// Whether the client says which files changed on disk.
+    /// Whether the client reports which files changed on disk.
     is_watching: bool,
     /// Whether the client can be told that lenses are others.
     has_lens_refresh: bool,
@@ -80,7 +80,7 @@ impl Server {
         (server, answer)
     }
 
-    /// The switch that ends a check.
+    /// Returns the switch that cancels a check.
     pub fn cancel(&self) -> Cancel {
         self.workspace.cancel.clone()
     }
@@ -121,7 +121,7 @@ impl Server {
         Some(std::mem::take(&mut self.out))
     }
 
-    /// Asks the client to watch files, if it can be asked.
+    /// Registers file watching with the client, if the client supports it.
     fn watch(&mut self, params: &Json) {
         let way = "/capabilities/workspace/didChangeWatchedFiles/dynamicRegistration";
         self.is_watching = params.pointer(way) == Some(&Json::Bool(true));

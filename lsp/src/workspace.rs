@@ -18,15 +18,15 @@ use umbragraph_graph::shader::TargetProfile;
 use umbragraph_graph::source::Span;
 use umbragraph_session::{Cancel, Cancelled, Choice, Judges, Loaded, Session, Survey, Target, kind_of};
 
-/// Files of the folders that are looked at, at most.
+/// The maximum number of files that are searched in the workspace's folders.
 const MAX_FILES: usize = 2_000;
-/// The deepest level of folders that is looked into.
+/// The maximum depth of folders that are searched.
 const MAX_DEPTH: usize = 12;
-/// The largest file that is looked into before it is opened, in bytes.
+/// The maximum size of a file that is read before it is opened, in bytes.
 const MAX_BYTES: u64 = 4 << 20;
 /// Folders that hold no pipelines of their author.
 const LEFT_OUT: [&str; 2] = ["node_modules", "target"];
-/// The size of the picture that plans are made for, as of the command.
+/// The width and height of the picture that plans are made for, in pixels: the defaults of the command.
 const SIZE: [u32; 2] = [1280, 720];
 
 /// A diagnostic as the protocol writes it, with what it was made of.
@@ -46,7 +46,7 @@ pub(crate) struct Workspace {
     targets: BTreeMap<PathBuf, Target>,
     /// Diagnostics by pipeline and file.
     found: BTreeMap<Target, BTreeMap<PathBuf, Vec<Found>>>,
-    /// Documents that changed since their pipelines were told of.
+    /// Documents that changed since diagnostics of their pipelines were last published.
     changed: BTreeSet<PathBuf>,
     /// Pipelines that were planned, but not checked in all configurations, since they changed.
     unchecked: BTreeSet<Target>,

@@ -26,18 +26,17 @@ use crate::if_said::if_said;
 pub struct Attached {
     /// The texture: a reference.
     pub to: Ref,
-    /// The mip level.
+    /// The mip level of the texture; 0 by default.
     pub mip: Option<Expr>,
-    /// The layer, without it the one that the view names; beside "face" the cube.
+    /// The index of the layer; with "face", the index of the cube. By default the layer that a draw's view names.
     pub layer: Option<Expr>,
-    /// One face of a cube.
+    /// The face of a cube texture to draw into.
     pub face: Option<Word<CubeFace>>,
-    /// Instead of "clear" whether what was there is needed: "load", or "discard" where all of it is drawn over;
-    /// without it a full-screen pass that is known to draw over all of a color without blending discards, and any
-    /// other loads.
+    /// The treatment of the old contents, instead of "clear": "load" keeps them, "discard" leaves them undefined. The
+    /// default is "load"; a full-screen pass that surely overwrites a whole color attachment without blending discards.
     pub contents: Option<Word<Contents>>,
-    /// The store operation after the pass. "automatic" (also without it) stores if something reads it later or it
-    /// outlives the frame. "discard" is for contents that nobody reads, not even the host.
+    /// The store operation after the pass; "automatic" by default. "automatic" stores contents that a later pass reads
+    /// or that outlive the frame. "discard" is for contents that nobody reads, not even the host.
     pub store: Option<Word<Store>>,
 }
 
@@ -48,15 +47,16 @@ pub struct ColorSettings {
     /// The texture and its contents.
     #[serde(flatten)]
     pub attached: Attached,
-    /// Red, green, blue and alpha that it holds before.
+    /// The red, green, blue and alpha to which the attachment is cleared before the pass.
     pub clear: Option<Expr>,
-    /// The blend of drawn colors with those in the attachment: a word, or an equation. Without it they replace them.
+    /// The blending of drawn colors with those in the attachment: a word, or an equation. By default drawn colors
+    /// replace them.
     pub blend: Option<BlendSettings>,
-    /// The channels that are written, such as ["red", "green"]; all without it. The others stay as they are.
+    /// The channels that are written, such as ["red", "green"]; all by default. Other channels stay unchanged.
     pub write_mask: Option<Vec<ColorChannel>>,
-    /// The target to which its samples are resolved, one texel from each, for a texture of several samples.
+    /// The target to which a multisampled attachment is resolved: the samples of each texel become one texel.
     pub resolve: Option<ResolveSettings>,
-    /// The format in which it is written, where it is not the texture's own: the same with or without "-srgb".
+    /// The format of the attachment's view, if it is not the texture's own. It may only add or remove "-srgb".
     pub format: Option<String>,
 }
 
@@ -64,11 +64,11 @@ pub struct ColorSettings {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ResolveSettings {
-    /// The texture: a reference. It has one sample, and the format and size of the attachment.
+    /// The texture: a reference. It must be single-sampled, with the format and size of the attachment.
     pub to: Ref,
-    /// The mip level.
+    /// The mip level of the texture; 0 by default.
     pub mip: Option<Expr>,
-    /// The layer; without it that of the attachment.
+    /// The index of the layer; by default the layer of the attachment.
     pub layer: Option<Expr>,
 }
 
@@ -76,9 +76,9 @@ pub struct ResolveSettings {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Store {
-    /// It is stored where it is needed.
+    /// Contents are stored if a later pass needs them or they outlive the frame.
     Automatic,
-    /// It is discarded.
+    /// Contents are discarded after the pass.
     Discard,
 }
 
@@ -114,49 +114,50 @@ pub struct DepthSettings {
     /// The texture and its contents.
     #[serde(flatten)]
     pub attached: Attached,
-    /// The depth that it holds before; without it what was there.
+    /// The depth to which the attachment is cleared before the pass; without this key the old depth is loaded.
     pub clear: Option<Expr>,
-    /// Whether depth is written; true without it.
+    /// Whether depth is written; true by default.
     pub write: Option<Expr>,
     /// The comparison of a drawn depth with the one in the attachment, such as "less-equal".
     pub compare: Word<Compare>,
-    /// The rasteriser's bias for each unit of slope of depth (unit: hardware). It moves surfaces away from the viewer
-    /// in whichever direction depth grows, as "compare" tells.
+    /// The rasteriser's bias for each unit of slope of depth (unit: hardware); 0 by default. A positive bias moves
+    /// surfaces away from the viewer, in the direction of depth that "compare" implies.
     pub slope_bias: Option<Expr>,
 }
 
-/// The stencil attachment: the eight bits of each texel that decide what is drawn.
+/// The stencil attachment: eight bits for each texel that decide whether fragments are drawn.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct StencilSettings {
     /// The texture and its contents.
     #[serde(flatten)]
     pub attached: Attached,
-    /// The value that it holds before (0 to 255); without it what was there.
+    /// The value to which the stencil is cleared before the pass (0 to 255); without this key the old values are
+    /// loaded.
     pub clear: Option<Expr>,
-    /// The reference value that is compared with the stencil, and that "replace" writes (0 to 255); 0 without it.
+    /// The reference value that is compared with the stencil, and that "replace" writes (0 to 255); 0 by default.
     pub reference: Option<Expr>,
-    /// The mask of the bits that are compared (0 to 255); all without it.
+    /// The mask of the bits that are compared (0 to 255); all bits by default.
     pub read_mask: Option<Expr>,
-    /// The mask of the bits that are written (0 to 255); all without it.
+    /// The mask of the bits that are written (0 to 255); all bits by default.
     pub write_mask: Option<Expr>,
-    /// The test and the operations for front faces; without it everything passes and nothing changes.
+    /// The test and the operations for front faces; by default every fragment passes and the stencil stays unchanged.
     pub front: Option<StencilFace>,
-    /// The test and the operations for back faces; those of front faces without it.
+    /// The test and the operations for back faces; by default those of front faces.
     pub back: Option<StencilFace>,
 }
 
-/// The stencil test, and the operations that follow it.
+/// The stencil test of one side of triangles, and the operations on the stencil that follow the test.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct StencilFace {
-    /// The comparison of the reference with the stencil; "always" without it.
+    /// The comparison of the reference value with the stencil; "always" by default.
     pub compare: Option<Word<Compare>>,
-    /// The operation if the stencil test fails; "keep" without it.
+    /// The operation if the stencil test fails; "keep" by default.
     pub fail: Option<Word<StencilOperationName>>,
-    /// The operation if the stencil test passes and the depth test fails; "keep" without it.
+    /// The operation if the stencil test passes and the depth test fails; "keep" by default.
     pub depth_fail: Option<Word<StencilOperationName>>,
-    /// The operation if both tests pass; "keep" without it.
+    /// The operation if the stencil test and the depth test pass; "keep" by default.
     pub pass: Option<Word<StencilOperationName>>,
 }
 
@@ -165,19 +166,19 @@ umbragraph_pipeline::webgpu_words! {
     StencilOperationName = StencilOperation {
         /// Keeps the value.
         Keep,
-        /// It becomes 0.
+        /// Sets the value to 0.
         Zero,
-        /// It becomes the reference.
+        /// Sets the value to the reference value.
         Replace,
-        /// All bits are turned round.
+        /// Inverts all bits of the value.
         Invert,
-        /// One more, 255 at most.
+        /// Adds 1; 255 stays 255.
         IncrementClamp,
-        /// One less, 0 at least.
+        /// Subtracts 1; 0 stays 0.
         DecrementClamp,
-        /// One more, 0 after 255.
+        /// Adds 1; 255 becomes 0.
         IncrementWrap,
-        /// One less, 255 after 0.
+        /// Subtracts 1; 0 becomes 255.
         DecrementWrap,
     }
 }
@@ -188,14 +189,15 @@ pub struct Attachments {
     /// The color attachments, in the order of the shader's locations.
     #[serde(default)]
     pub color: Vec<ColorSettings>,
-    /// The depth attachment; a full-screen triangle is tested, and written, at the depth of its vertices.
+    /// The depth attachment. The triangle of a full-screen pass is tested, and written, at the depth of its vertices.
     pub depth: Option<DepthSettings>,
-    /// The stencil attachment: only where the stencil passes is something drawn. Beside "depth" of the same texture.
+    /// The stencil attachment: fragments are drawn only where the stencil test passes. With "depth", both name the same
+    /// texture, mip level and layer.
     pub stencil: Option<StencilSettings>,
 }
 
 impl Attachments {
-    /// Finds a pass that attaches nothing.
+    /// Reports a pass without any attachment, and then returns `None`.
     pub(crate) fn check(&self, pass: &mut PassBuilder<'_>) -> Option<()> {
         if self.color.is_empty() && self.depth.is_none() && self.stencil.is_none() {
             let help = "add \"color\", \"depth\" or \"stencil\"";
@@ -204,7 +206,7 @@ impl Attachments {
         Some(())
     }
 
-    /// Declares them and what is drawn. `covers` says that the pass writes every texel.
+    /// Declares the attachments and the draw of a pass. `covers` is `true` if the pass surely writes every texel.
     pub(crate) fn render(
         &self,
         pass: &mut PassBuilder<'_>,
@@ -245,7 +247,8 @@ impl Attachments {
 }
 
 impl Attached {
-    /// The load operation: the value of `clear`, or the word of `contents`.
+    /// The load operation: clear to the value of `clear`, or the word of `contents`. `without` is used if neither is
+    /// set.
     fn load<T: LiveValue>(
         &self,
         pass: &mut PassBuilder<'_>,
@@ -279,7 +282,7 @@ impl Attached {
 }
 
 impl ColorSettings {
-    /// Declares a color attachment. `covers` says that the pass writes every texel.
+    /// Declares a color attachment. `covers` is `true` if the pass surely writes every texel.
     fn declare(&self, pass: &mut PassBuilder<'_>, index: usize, covers: bool) -> Option<ColorAttachment> {
         let at = &format!("/color/{index}");
         let blend =
@@ -322,7 +325,7 @@ impl DepthSettings {
 }
 
 impl StencilSettings {
-    /// Declares the stencil attachment beside a depth attachment, which has to be of the same texture.
+    /// Declares the stencil attachment of a pass, at the JSON pointer `at`.
     fn declare(&self, pass: &mut PassBuilder<'_>, at: &str) -> Option<StencilAttachment> {
         let load = self.attached.load(pass, &self.clear, at, LoadOperation::Load)?;
         let front = if_said(&self.front, |face| face.declare(pass, &format!("{at}/front")))?;

@@ -22,23 +22,23 @@ use umbragraph_pipeline::work::{Color, Live};
 
 use crate::attachment::ColorSettings;
 
-/// The blend of drawn colors with those in the attachment.
+/// A common way to blend drawn colors (source) with those in the attachment (destination).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Blend {
     /// Drawn colors replace those in the attachment.
     Replace,
-    /// Blends by the source's alpha.
+    /// Blends by the alpha of the drawn color.
     Alpha,
-    /// Blends by the source's alpha, which is already multiplied into its color.
+    /// Blends by the alpha of the drawn color, whose red, green and blue are already multiplied by alpha.
     PremultipliedAlpha,
-    /// Drawn colors are added.
+    /// Drawn colors are added to those in the attachment.
     Add,
-    /// They are multiplied.
+    /// Drawn colors are multiplied by those in the attachment.
     Multiply,
-    /// The lesser of the two in each channel.
+    /// The lesser of the drawn and the attachment's value, in each channel.
     Min,
-    /// The greater of the two in each channel.
+    /// The greater of the drawn and the attachment's value, in each channel.
     Max,
 }
 
@@ -46,33 +46,34 @@ pub enum Blend {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum BlendSettings {
-    /// One of a few common ways.
+    /// One of the common blends, by name.
     Named(Word<Blend>),
-    /// An equation.
+    /// A blend equation with factors and operations.
     Equation(BlendEquation),
 }
 
-/// The blend equation of an attachment.
+/// The blend equation of an attachment, for color and for alpha.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BlendEquation {
     /// The equation for red, green and blue.
     pub color: BlendComponentSettings,
-    /// The equation for alpha; the one for color without it.
+    /// The equation for alpha; by default the equation for color.
     pub alpha: Option<BlendComponentSettings>,
-    /// Red, green, blue and alpha of the factor "constant".
+    /// The red, green, blue and alpha of the factor "constant".
     pub constant: Option<Expr>,
 }
 
-/// One component of a blend equation.
+/// The blend equation of color or alpha: source · source factor, combined by an operation with destination ·
+/// destination factor.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BlendComponentSettings {
-    /// The operation; "add" without it.
+    /// The operation; "add" by default.
     pub operation: Option<Word<Operation>>,
-    /// The factor of the drawn color; "one" without it.
+    /// The factor of the drawn color; "one" by default.
     pub src_factor: Option<Word<Factor>>,
-    /// The factor of the color in the attachment; "zero" without it. "min" and "max" take no factors.
+    /// The factor of the color in the attachment; "zero" by default. "min" and "max" take no factors.
     pub dst_factor: Option<Word<Factor>>,
 }
 
@@ -85,9 +86,9 @@ umbragraph_pipeline::webgpu_words! {
         Subtract,
         /// Destination minus source.
         ReverseSubtract,
-        /// The lesser of the two.
+        /// The lesser of source and destination, without factors.
         Min,
-        /// The greater of the two.
+        /// The greater of source and destination, without factors.
         Max,
     }
 }
@@ -95,45 +96,47 @@ umbragraph_pipeline::webgpu_words! {
 umbragraph_pipeline::webgpu_words! {
     /// A factor of a blend equation, by WebGPU's names.
     Factor = BlendFactor {
-        /// 0
+        /// The factor 0.
         Zero,
-        /// 1
+        /// The factor 1.
         One,
-        /// The source.
+        /// The color that the shader outputs (source); in the equation for alpha, its alpha.
         Src,
-        /// 1 less the source.
+        /// 1 minus the source.
         OneMinusSrc,
         /// The alpha of the source.
         SrcAlpha,
-        /// 1 less the alpha of the source.
+        /// 1 minus the alpha of the source.
         OneMinusSrcAlpha,
-        /// The destination.
+        /// The color in the attachment (destination); in the equation for alpha, its alpha.
         Dst,
-        /// 1 less the destination.
+        /// 1 minus the destination.
         OneMinusDst,
         /// The alpha of the destination.
         DstAlpha,
-        /// 1 less the alpha of the destination.
+        /// 1 minus the alpha of the destination.
         OneMinusDstAlpha,
-        /// The lesser of the alpha of the source and 1 less that of the destination; for alpha 1.
+        /// The lesser of the alpha of the source and 1 minus the alpha of the destination. In the equation for alpha,
+        /// 1.
         SrcAlphaSaturated,
-        /// The constant.
+        /// The blend constant of the pass.
         Constant,
-        /// 1 less the constant.
+        /// 1 minus the blend constant.
         OneMinusConstant,
-        /// The second source, for which a device needs "dual-source-blending".
+        /// The second output of the fragment stage (second source), for which a device needs "dual-source-blending".
         Src1,
-        /// 1 less the second source.
+        /// 1 minus the second source.
         OneMinusSrc1,
         /// The alpha of the second source.
         Src1Alpha,
-        /// 1 less the alpha of the second source.
+        /// 1 minus the alpha of the second source.
         OneMinusSrc1Alpha,
     }
 }
 
 impl BlendSettings {
-    /// The blend state of an attachment; `Some(None)` where colors replace what is there.
+    /// The blend state of an attachment. `Some(None)` is no blending: drawn colors replace the old ones. `None` follows
+    /// a diagnostic.
     pub(crate) fn declare(&self, pass: &mut PassBuilder<'_>, at: &str) -> Option<Option<BlendState>> {
         let equation = match self {
             Self::Named(word) => return Some(named(pass.word(word, at)?)),
@@ -153,7 +156,8 @@ impl BlendSettings {
     }
 }
 
-/// The constant that the attachments of a pass say, which is the same for all of them; `Some(None)` without one.
+/// The blend constant of a pass, which all its attachments share. `Some(None)` is no constant; `None` follows a
+/// diagnostic.
 pub(crate) fn blend_constant(
     pass: &mut PassBuilder<'_>,
     attachments: &[ColorSettings],

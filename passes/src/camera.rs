@@ -30,22 +30,22 @@ use umbragraph_pipeline::work::{CpuContext, CpuNode, CpuWork, Work};
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Camera {
-    /// The blackboard data to publish.
+    /// The name of the blackboard data to publish.
     pub to: Ref,
-    /// Whether depth runs from 1 at the near plane to 0 at the far plane; false without it.
+    /// Whether depth runs from 1 at the near plane to 0 at the far plane; false by default.
     pub reverse: Option<Expr>,
-    /// The number of points of the Halton sequence by which the picture is jittered within a pixel, for effects that
-    /// accumulate samples over frames; 0, the default, is no jitter.
+    /// The number of points of the Halton sequence that jitter the picture within a pixel, for effects that accumulate
+    /// samples over frames. 0, the default, is no jitter.
     pub jitter: Option<Expr>,
 }
 
-/// The far distance of a camera whose far plane is at infinity.
+/// The far distance that is published for a camera whose far plane is at infinity, in metres.
 const NO_FAR_PLANE: f64 = 1e30;
 
-/// The maximum number of points; a mean of more frames is none that anybody sees.
+/// The maximum number of jitter points; accumulating more frames makes no visible difference.
 const MAX_JITTER: u32 = 1024;
 
-/// The number of points that the picture is moved by in turn.
+/// The number of jitter points of a pass; 0 for no jitter. `None` follows a diagnostic.
 fn points(setting: &Option<Expr>, pass: &mut impl Evaluate) -> Option<u32> {
     let jitter = pass.count_or(setting, "/jitter", 0)?;
     if jitter > MAX_JITTER {
@@ -76,7 +76,8 @@ impl Node for Camera {
     }
 }
 
-/// The data that a camera publishes, in metres unless stated otherwise. The matrices are computed in `f64`.
+/// The names and types of the data that a camera publishes, in metres unless stated otherwise. The matrices are
+/// computed in `f64`.
 pub fn shape() -> DataShape {
     let matrix = ValueType::MAT4;
     DataShape::new()
@@ -119,11 +120,11 @@ pub fn shape() -> DataShape {
 struct RunCamera {
     setting: Option<Expr>,
     reverse: bool,
-    /// The number of points of the sequence; 0 for none.
+    /// The number of jitter points; 0 for no jitter.
     jitter: u32,
 }
 
-/// The last frame with its index, and the one before it; both without jitter.
+/// The camera of the last frame with its frame index, and the camera of the frame before; neither has jitter.
 #[derive(Default)]
 struct Frames {
     last: Option<(u64, Lens)>,
@@ -131,7 +132,8 @@ struct Frames {
 }
 
 impl Frames {
-    /// Records the lens of a frame, and returns that of the frame before.
+    /// Records the camera of frame `index`, and returns the camera of the frame before. In the first frame it returns
+    /// `now`.
     fn advance(&mut self, index: u64, now: Lens) -> Lens {
         if self.last.is_none_or(|(last, _)| last != index) {
             self.before = self.last.map(|(_, last)| last);
@@ -179,7 +181,8 @@ impl CpuNode for RunCamera {
     }
 }
 
-/// The jitter of the picture in clip space: at most half a pixel to each side.
+/// The jitter of a frame in clip space: at most half a pixel to each side. `points` is the number of jitter points;
+/// `width` and `height` are in pixels.
 fn jitter(points: u32, index: u64, [width, height]: [u32; 2]) -> DVec2 {
     if points == 0 {
         return DVec2::ZERO;
@@ -190,7 +193,7 @@ fn jitter(points: u32, index: u64, [width, height]: [u32; 2]) -> DVec2 {
     2.0 * within / DVec2::new(f64::from(width.max(1)), f64::from(height.max(1)))
 }
 
-/// The digits of a number behind the point, in reverse.
+/// The radical inverse of a number: its digits in `base` mirrored at the radix point, at least 0 and less than 1.
 fn radical_inverse(mut number: u32, base: u32) -> f64 {
     let (mut inverse, mut digit) = (0.0, 1.0);
     while number > 0 {
@@ -237,7 +240,7 @@ impl Lens {
         }
     }
 
-    /// Moves the picture in clip space.
+    /// Moves the picture by `aside`, a translation in clip space.
     fn moved(self, aside: &DMat4) -> Self {
         let clip_from_view = *aside * self.clip_from_view;
         Self { clip_from_view, view_from_clip: clip_from_view.inverse(), ..self }
@@ -251,19 +254,19 @@ impl Lens {
         self.world_from_view * self.view_from_clip
     }
 
-    /// The distances of the near and the far plane.
+    /// The distances of the near and the far plane along the view axis, in metres.
     fn planes(&self) -> [f64; 2] {
         let (near, far) = self.camera.projection.depth_range();
         [near, far.min(NO_FAR_PLANE)]
     }
 
-    /// The middle of what is seen and half its size.
+    /// The centre of the visible rectangle and half its size: in metres, for a perspective camera at a distance of 1 m.
     fn picture(&self) -> [[f32; 2]; 2] {
         let (center, half_size) = self.camera.projection.picture(self.camera.aspect);
         [center, half_size].map(|size| size.as_vec2().to_array())
     }
 
-    /// Whether everything is finite once it is rounded to 32 bits.
+    /// Returns `true` if all matrices, distances and sizes are finite when they are rounded to 32 bits.
     fn is_finite(&self) -> bool {
         let own = [self.clip_from_view, self.view_from_clip, self.view_from_world, self.world_from_view];
         let products = [self.clip_from_world(), self.world_from_clip()];

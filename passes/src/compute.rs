@@ -10,37 +10,37 @@ use umbragraph_pipeline::work::{ComputeWork, Deferred, Dispatch, Live, Subresour
 
 use crate::shader::ShaderSettings;
 
-/// Dispatches a compute shader: once for each texel of a texture, or so many workgroups.
+/// Dispatches a compute shader: one invocation for each texel of a texture, or a number of workgroups.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Compute {
     /// The shader.
     #[serde(flatten)]
     pub shader: ShaderSettings,
-    /// The texture for each of whose texels (width, height, layers) there is an invocation; the shader guards against
-    /// the rest of the last workgroups. One of the textures under "bind".
+    /// A texture under "bind"; each of its texels (width, height, layers) gets an invocation. The shader guards against
+    /// the surplus invocations of the last workgroups.
     pub dispatch_over: Option<Ref>,
-    /// The mip level whose size "dispatch_over" means; 0 without it.
+    /// The mip level of the texture of "dispatch_over" whose size counts; 0 by default.
     pub mip: Option<Expr>,
-    /// A buffer that says the number of workgroups, instead of "dispatch_over": three u32 for x, y and z.
+    /// A buffer with the number of workgroups, instead of "dispatch_over": three u32 for x, y and z.
     pub indirect: Option<IndirectSettings>,
     /// The number of workgroups in x, y and z, instead of "dispatch_over".
     #[schemars(length(min = 3, max = 3))]
     pub workgroups: Option<Vec<Expr>>,
 }
 
-/// Counts that a pass before has written.
+/// A buffer with the arguments of an indirect draw or dispatch, written by an earlier pass.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct IndirectSettings {
     /// The buffer: a reference.
     pub buffer: Ref,
-    /// The first byte of the counts, a multiple of 4 (unit: bytes); 0 without it.
+    /// The first byte of the arguments, a multiple of 4 (unit: bytes); 0 by default.
     pub offset: Option<Expr>,
 }
 
 impl IndirectSettings {
-    /// So many words of the buffer.
+    /// Declares the byte range of the buffer that holds this number of 32-bit words.
     pub(crate) fn declare(&self, pass: &mut PassBuilder<'_>, words: u64) -> Option<Subresource> {
         let offset = pass.count_or(&self.offset, "/indirect/offset", 0)?;
         if offset % 4 != 0 {

@@ -15,40 +15,40 @@ use umbragraph_pipeline::work::{
 
 use crate::if_said::if_said;
 
-/// Copies a texture or buffer, or a subresource range of it, to another: texels to texels of the same extent and
-/// format, bytes to as many bytes. Between a texture and a buffer, texels lie in the buffer row by row, layer by layer,
-/// mip level by mip level, each row at a multiple of 256 bytes.
+/// Copies a texture or buffer, or a subresource range of one, to another: texels to texels of the same extent and
+/// format, or bytes to as many bytes. In a copy between a texture and a buffer, texels lie in the buffer row by row,
+/// layer by layer, mip level by mip level. Each row begins at a multiple of 256 bytes.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Copy {
-    /// The source.
+    /// The source of the copy.
     pub from: CopyEnd,
-    /// The destination.
+    /// The destination of the copy.
     pub to: CopyEnd,
-    /// The width and height of what is copied (unit: texels); up to the end of the mip level without it.
+    /// The width and height of the copied box (unit: texels); by default up to the end of the mip level.
     #[schemars(length(min = 2, max = 2))]
     pub extent: Option<Vec<Expr>>,
 }
 
-/// One end of a copy.
+/// The source or the destination of a copy.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CopyEnd {
     /// The texture or buffer: a reference.
     pub name: Ref,
-    /// The first byte of a buffer (unit: bytes); 0 without it.
+    /// The first byte of a buffer (unit: bytes); 0 by default.
     pub offset: Option<Expr>,
-    /// The number of bytes of a buffer (unit: bytes); all without it.
+    /// The number of bytes of a buffer (unit: bytes); by default all.
     pub size: Option<Expr>,
-    /// The bytes of a buffer from one row of texels to the next, a multiple of 256 (unit: bytes); as few as possible
-    /// without it.
+    /// The bytes of a buffer from one row of texels to the next, a multiple of 256 (unit: bytes); by default as few as
+    /// possible.
     pub bytes_per_row: Option<Expr>,
-    /// The rows of a buffer from one layer of texels to the next; as few as possible without it.
+    /// The rows of a buffer from one layer of texels to the next; by default as few as possible.
     pub rows_per_image: Option<Expr>,
-    /// The subresource range.
+    /// The subresource range of a texture: mip levels, layers, face and aspect.
     #[serde(flatten)]
     pub range: SubresourceRangeSettings,
-    /// The texel of a texture with which the copy begins: from the left, and from the top (unit: texels).
+    /// The first texel of a texture that is copied, from the left and from the top (unit: texels).
     #[schemars(length(min = 2, max = 2))]
     pub origin: Option<Vec<Expr>>,
     /// The need of the destination for earlier contents, around the box or between the rows. Without it: "load" for a
@@ -106,7 +106,7 @@ impl Node for Copy {
 }
 
 impl Copy {
-    /// Whether it is certain that texels fill all bytes that are named.
+    /// Returns `true` if the copied texels surely fill all bytes of the destination buffer, without gaps between rows.
     fn fills(&self, pass: &mut PassBuilder<'_>, texture: &TextureRegion) -> bool {
         let said = |expr: &Option<Expr>| expr.as_ref().and_then(|expr| expr.0.as_u64());
         let says_more = [&self.to.offset, &self.to.bytes_per_row, &self.to.rows_per_image]
@@ -120,15 +120,15 @@ impl Copy {
     }
 }
 
-/// Fills a buffer, or bytes of one, with zeros.
+/// Fills a buffer, or a range of its bytes, with zeros.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Clear {
     /// The buffer: a reference.
     pub buffer: Ref,
-    /// The first byte, a multiple of 4 (unit: bytes); 0 without it.
+    /// The first byte, a multiple of 4 (unit: bytes); 0 by default.
     pub offset: Option<Expr>,
-    /// The number of bytes, a multiple of 4 (unit: bytes); all without it.
+    /// The number of bytes, a multiple of 4 (unit: bytes); by default all.
     pub size: Option<Expr>,
 }
 
@@ -164,7 +164,7 @@ fn bytes_of(
     pass.buffer_range(name, bytes, pointer)
 }
 
-/// Finds keys that say nothing of what is named.
+/// Reports each key that is set although it does not apply to the kind of resource; returns `None` if there is one.
 fn foreign(
     pass: &mut PassBuilder<'_>,
     keys: &[(&str, bool)],
@@ -179,7 +179,7 @@ fn foreign(
     said.is_empty().then_some(())
 }
 
-/// A buffer; `bytes` says that the other end is one too, so that there are no rows.
+/// Declares the buffer end of a copy. `bytes` is `true` if the other end is a buffer too, so that there are no rows.
 fn buffer_end(pass: &mut PassBuilder<'_>, settings: &CopyEnd, bytes: bool, at: &str) -> Option<TransferEnd> {
     let keys = [
         ("mip", settings.range.mip.is_some()),
@@ -212,13 +212,13 @@ fn buffer_end(pass: &mut PassBuilder<'_>, settings: &CopyEnd, bytes: bool, at: &
     Some(TransferEnd::Buffer(BufferRegion { buffer, bytes_per_row, rows_per_image }))
 }
 
-/// Two expressions that may name sizes; the schema asks for two.
+/// Evaluates two expressions, which may name sizes; the JSON Schema requires exactly two.
 fn two(pass: &mut PassBuilder<'_>, exprs: &[Expr], at: &str) -> Option<[Deferred; 2]> {
     let all = exprs.iter().enumerate().map(|(index, expr)| pass.deferred(expr, &format!("{at}/{index}")));
     all.collect::<Option<Vec<Deferred>>>()?.try_into().ok()
 }
 
-/// A texture; `boxed` says that the copy has an extent.
+/// Declares the texture end of a copy. `boxed` is `true` if the copy has an extent.
 fn texture_end(pass: &mut PassBuilder<'_>, settings: &CopyEnd, boxed: bool, at: &str) -> Option<TransferEnd> {
     let keys = [
         ("offset", settings.offset.is_some()),

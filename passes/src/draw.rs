@@ -17,24 +17,24 @@ use crate::attachment::Attachments;
 use crate::if_said::if_said;
 use crate::shader::ShaderSettings;
 
-/// The most frames that changed meshes can wait.
+/// The greatest value of `every`: the frames after which a view with changed meshes is drawn again.
 const MAX_EVERY: f64 = 65536.0;
 
-/// The coarsest level of detail that can be asked for.
+/// The coarsest level of detail that a pass can set.
 const MAX_DETAIL: f64 = 255.0;
 
-/// Draws the host's meshes, once for each view. Without a fragment stage in the template only depth is drawn.
+/// Draws the host's meshes, once for each view. A template without a fragment stage draws only depth.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Draw {
-    /// The contract under "geometry" that the meshes follow: its name, or after an equals sign an expression that
-    /// yields it.
+    /// The name of the geometry contract (under "geometry") that the meshes follow, or an expression with an equals
+    /// sign that yields it.
     pub geometry: Word<String>,
-    /// The filter of the host's meshes: a word that the host knows. The pipelines that come with the module write
-    /// "opaque", "transparent" (blended meshes) and "casters", for motion vectors "moving". Where maps are kept, they write "static_casters" and
-    /// "dynamic_casters".
+    /// The filter that chooses the meshes: a word that the host knows. The built-in pipelines use "opaque",
+    /// "transparent" (blended meshes), "casters" and "moving" (for motion vectors). Pipelines that keep shadow maps
+    /// from frame to frame use "static_casters" and "dynamic_casters".
     pub mesh_filter: String,
-    /// The blackboard data whose views are drawn, such as what a camera or a cascade fit publishes.
+    /// The blackboard data with the views to draw, such as the data that a camera or a cascade fit publishes.
     pub views: Ref,
     /// The shader.
     #[serde(flatten)]
@@ -42,36 +42,38 @@ pub struct Draw {
     /// The attachments.
     #[serde(flatten)]
     pub attachments: Attachments,
-    /// The faces that are culled: "back" without it. Meshes that are double-sided are drawn from both sides.
+    /// The faces that are culled; "back" by default. Double-sided meshes are drawn from both sides.
     pub cull: Option<Word<Cull>>,
-    /// The order of opaque meshes: "state" without it.
+    /// The order of opaque meshes; "state" by default.
     pub order: Option<Word<DrawOrder>>,
-    /// The level of detail that the host is told to draw, 0 the finest, which it is without this: a number, or a list
-    /// with one for each view, whose last counts for all beyond. Of what has fewer levels the host draws the last.
+    /// The level of detail that the host draws; 0, the finest, by default. It is a number, or a list with one for each
+    /// view, whose last number counts for all further views. The host draws a mesh with fewer levels at its coarsest
+    /// level.
     pub detail: Option<Expr>,
-    /// The views that are drawn: "always" without it.
+    /// The views that are drawn in a frame; "always" by default.
     pub redraw: Option<Word<RedrawWhen>>,
-    /// With "changed", changed meshes are drawn in every so many frames, each view in its turn: 1 without it. A number,
-    /// or a list with one for each view, whose last counts for all beyond. A view that is another is drawn at once.
+    /// With "changed", the number of frames after which a view with changed meshes is drawn again; 1 by default. It is
+    /// a number, or a list with one for each view, whose last number counts for all further views. A view that has
+    /// itself changed is drawn at once.
     pub every: Option<Expr>,
-    /// With "changed", whether a view that moved over its own plane by whole texels, as cascades on the world's grid
-    /// do, keeps what it still shows, and only the strips that came into view are drawn: false without it. The depth of
-    /// the views has to stay as it is ("near_pull": "scene").
+    /// With "changed", whether a view that moved in its own plane by whole texels is scrolled; false by default. Its
+    /// old depth is then moved, and only the strips that came into view are drawn. The depth range of the views has to
+    /// stay the same ("near_pull": "scene").
     pub scroll: Option<Expr>,
-    /// With "changed": the depth texture, of the same size, over whose texels a view is drawn, instead of "clear" of
-    /// the attachment. The view is drawn again where those have changed, if a pass with "changed" draws them, or else
+    /// With "changed", a depth texture of the same size that each view starts from, instead of "clear" of the
+    /// attachment. A view is drawn again where this texture has changed, if a pass with "changed" draws it, or else
     /// always.
     pub base: Option<Ref>,
 }
 
-/// The views that are drawn.
+/// The choice of the views that are drawn in a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum RedrawWhen {
-    /// All in every frame.
+    /// All views are drawn in every frame.
     Always,
-    /// Those that are not as they were drawn last, or whose meshes have changed as the host says. The texels of each
-    /// are cleared and drawn again; those of the others stay as they are, in a persistent depth texture.
+    /// Only views that have changed, or whose meshes have changed according to the host, are cleared and drawn again.
+    /// The texels of other views stay unchanged, in a persistent depth texture.
     Changed,
 }
 
@@ -79,16 +81,16 @@ pub enum RedrawWhen {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Cull {
-    /// Both sides are drawn.
+    /// No faces are culled.
     None,
-    /// Front faces are not drawn.
+    /// Front faces are culled.
     Front,
-    /// Back faces are not drawn.
+    /// Back faces are culled.
     Back,
 }
 
 impl Cull {
-    /// The face that is not drawn.
+    /// The face that is culled; `None` if both are drawn.
     pub(crate) fn face(self) -> Option<Face> {
         match self {
             Cull::None => None,
@@ -130,14 +132,16 @@ impl Draw {
         }))
     }
 
-    /// The level of detail of each view.
+    /// The level of detail of each view, 0 the finest; the last entry counts for all further views. `None` follows a
+    /// diagnostic.
     fn detail(&self, pass: &mut PassBuilder<'_>) -> Option<Vec<u32>> {
         let Some(expr) = &self.detail else { return Some(vec![0]) };
         let help = format!("write numbers from 0, the finest, to {MAX_DETAIL}");
         counts(pass, expr, "/detail", 0.0..=MAX_DETAIL, "levels of detail are whole numbers", help)
     }
 
-    /// When views are drawn again; the depth to which they are cleared is the attachment's ([`keep`]).
+    /// The settings for drawing changed views only; `Some(None)` if all views are drawn in every frame. [`keep`] sets
+    /// the depth to which views are cleared.
     fn redraw(&self, pass: &mut PassBuilder<'_>) -> Option<Option<Redraw>> {
         if pass.word_or(&self.redraw, "/redraw", RedrawWhen::Always)? == RedrawWhen::Always {
             let settings = [
@@ -171,7 +175,7 @@ impl Draw {
     }
 }
 
-/// One or more whole numbers of a range.
+/// Evaluates one or more whole numbers, all within `range`; `None` follows a diagnostic.
 fn counts(
     pass: &mut PassBuilder<'_>,
     expr: &Expr,
@@ -187,7 +191,8 @@ fn counts(
     Some(numbers.into_iter().map(|number| number as u32).collect())
 }
 
-/// Lets the depth attachment of a pass that draws changed views keep what is there; each view is cleared by itself.
+/// Makes the depth attachment of a pass with "redraw": "changed" load its old contents, since each view is cleared by
+/// itself. Rejects other attachments of such a pass.
 pub(crate) fn keep(
     pass: &mut PassBuilder<'_>,
     color: &[ColorAttachment],

@@ -11,8 +11,8 @@ use crate::shader::ShaderSettings;
 
 /// Runs a fragment shader for every texel of its attachments.
 ///
-/// The template's vertex stage makes one triangle that covers clip space from `vertex_index` 0 to 2. Where that is not
-/// known (another vertex stage, `discard`, `sample_mask`), what was there before stays where nothing is drawn.
+/// The template's vertex stage makes one triangle from `vertex_index` 0 to 2 that covers clip space. If full coverage
+/// is not certain (another vertex stage, `discard`, `sample_mask`), old contents stay where nothing is drawn.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Fullscreen {

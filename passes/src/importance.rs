@@ -30,22 +30,22 @@ use umbragraph_pipeline::frame::{Camera, Light, LightKind, Projection};
 use crate::cascades::light::brightness;
 use crate::views::range;
 
-/// The distance at which a light counts half as much as near by, in metres.
+/// The distance in metres from the camera to a light's sphere at which the light's importance is halved.
 const HALF_DISTANCE: f64 = 10.0;
 
-/// The maximum weight that a host can give.
+/// The largest value of [`Light::priority`] that counts, a factor without unit; greater values are reduced to it.
 const MAX_PRIORITY: f64 = 1e6;
 
-/// The importance of a light by factor; see the module.
+/// The importance of a light's shadow in a frame, as factors to be multiplied.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Importance {
-    /// The host's weight.
+    /// The host's weight ([`Light::priority`]), 0 to 10⁶.
     pub priority: f64,
-    /// The part of the picture, 0 to 1.
+    /// The fraction of the picture that the rectangle around the light's sphere covers, 0 to 1.
     pub coverage: f64,
-    /// Nearness, 0 to 1.
+    /// The nearness of the light's sphere: 10 m / (10 m + its distance from the camera), 0 to 1.
     pub proximity: f64,
-    /// Brightness on a logarithmic scale.
+    /// The brightness on a logarithmic scale: log₂(1 + I), with I in candela, or in lux for a directional light.
     pub strength: f64,
 }
 
@@ -55,23 +55,23 @@ impl Importance {
         (self.priority * self.coverage * self.proximity * self.strength) as f32
     }
 
-    /// The texels on a side of a map that would be right, where `full` are right for a light that fills the picture.
+    /// The side in texels of a map for the light, if a light that fills the picture gets a map of side `full`.
     pub fn texels(&self, full: u32) -> u32 {
         (f64::from(full) * self.part()).ceil() as u32
     }
 
-    /// The number of frames after which a map is drawn again, at most: a power of two.
+    /// The number of frames after which the light's kept map is drawn again: a power of two, at most `most`.
     pub fn cadence(&self, most: u32) -> u32 {
         cadence(1.0 / self.part(), most)
     }
 
-    /// The side of the light's map, as a fraction of that of a light which fills the frame.
+    /// The side of the light's map, as a fraction of the side for a light that fills the picture.
     fn part(&self) -> f64 {
         (self.coverage * self.proximity * self.priority.min(1.0)).sqrt()
     }
 }
 
-/// The largest power of two that is no more than a ratio and a most; at least 1.
+/// The largest power of two that exceeds neither `ratio` nor `most`; at least 1.
 pub fn cadence(ratio: f64, most: u32) -> u32 {
     let wanted = if ratio > 1.0 { ratio.min(f64::from(most)) as u32 } else { 1 };
     1 << wanted.max(1).ilog2()
@@ -88,7 +88,7 @@ pub struct Eye {
 }
 
 impl Eye {
-    /// Prepares a camera; `None` for one with unusable values.
+    /// Prepares a camera; `None` for a camera with unusable values.
     pub fn new(camera: &Camera) -> Option<Self> {
         if camera.check().is_some() {
             return None;
@@ -112,7 +112,7 @@ impl Eye {
         (eye.view.is_finite() && half.iter().all(|half| half.is_finite() && *half > 0.0)).then_some(eye)
     }
 
-    /// The importance of a light.
+    /// The importance of a light, by factors; all zero for a light with unusable values.
     pub fn importance(&self, light: &Light) -> Importance {
         if light.check().is_some() {
             return Importance::default();
@@ -133,7 +133,8 @@ impl Eye {
         }
     }
 
-    /// The part of the picture that the rectangle around a sphere takes, 0 to 1.
+    /// The fraction of the picture that the rectangle around a sphere covers, 0 to 1. `center` is in world space, in
+    /// metres, as is `radius`.
     pub fn coverage(&self, center: DVec3, radius: f64) -> f64 {
         let center = self.view.transform_point3(center);
         if !center.is_finite() || radius.is_nan() || radius <= 0.0 {
@@ -154,7 +155,8 @@ impl Eye {
     }
 }
 
-/// The part of the picture's width that a circle takes which lies `across` beside and `ahead` of the eye.
+/// The fraction of the picture's width that a circle covers. Its centre lies `across` metres beside and `ahead` metres
+/// in front of the eye; `half` is half the field of view in radians.
 fn angular_part(across: f64, ahead: f64, radius: f64, half: f64) -> f64 {
     let distance = across.hypot(ahead);
     if distance <= radius {
@@ -165,7 +167,8 @@ fn angular_part(across: f64, ahead: f64, radius: f64, half: f64) -> f64 {
     if low < high { (high.tan() - low.tan()) / (2.0 * half.tan()) } else { 0.0 }
 }
 
-/// The sphere that holds all that a light reaches: centre and radius in metres; `None` for a directional light.
+/// The sphere that holds every point the light reaches: centre and radius in world metres; `None` for a directional
+/// light.
 pub fn sphere(light: &Light) -> Option<(DVec3, f64)> {
     let range = range::of(light);
     match light.kind {

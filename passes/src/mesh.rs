@@ -20,10 +20,10 @@ use crate::draw::Cull;
 use crate::if_said::if_said;
 use crate::shader::ShaderSettings;
 
-/// The maximum number of vertex buffers, which WebGPU guarantees.
+/// The maximum number of vertex buffers that WebGPU guarantees.
 const MAX_STREAMS: usize = 8;
 
-/// The maximum stride, which WebGPU guarantees, in bytes.
+/// The maximum stride of a vertex buffer that WebGPU guarantees, in bytes.
 const MAX_STRIDE: u64 = 2048;
 
 /// Draws vertices from the pipeline's own buffers.
@@ -33,38 +33,40 @@ pub struct Mesh {
     /// The shader.
     #[serde(flatten)]
     pub shader: ShaderSettings,
-    /// The vertex buffers; none for a shader that makes its vertices itself.
+    /// The vertex buffers; none for a shader that computes its vertices itself.
     #[serde(default)]
     pub vertices: Vec<VertexSettings>,
-    /// Draws vertices by indices.
+    /// The index buffer; without this key vertices are drawn in their order.
     pub indices: Option<IndexSettings>,
-    /// The number of vertices, or of indices where there are some.
+    /// The number of vertices to draw, or of indices with an index buffer.
     pub count: Option<Expr>,
-    /// The number of instances; 1 without it.
+    /// The number of instances to draw; 1 by default.
     pub instances: Option<Expr>,
-    /// A buffer that says how much is drawn, instead of "count" and "instances": four u32 (vertices, instances, first
-    /// vertex, first instance), or five with indices (indices, instances, first index, base vertex, first instance).
+    /// A buffer with the draw arguments, instead of "count" and "instances": four u32 (vertices, instances, first
+    /// vertex, first instance). With indices there are five u32 (indices, instances, first index, base vertex, first
+    /// instance).
     pub indirect: Option<IndirectSettings>,
-    /// The primitive topology: "triangle-list" without it.
+    /// The primitive topology; "triangle-list" by default.
     pub topology: Option<Word<Topology>>,
-    /// The faces that are culled: "none" without it.
+    /// The faces that are culled; "none" by default.
     pub cull: Option<Word<Cull>>,
     /// The attachments.
     #[serde(flatten)]
     pub attachments: Attachments,
 }
 
-/// A buffer of vertices, or of what changes from instance to instance.
+/// A buffer of values for each vertex or each instance.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct VertexSettings {
     /// The buffer: a reference.
     pub buffer: Ref,
-    /// Bytes from one element to the next, a multiple of 4; without it as many as the attributes have.
+    /// The bytes from one element to the next, a multiple of 4 (unit: bytes). By default the end of the last attribute,
+    /// rounded up.
     pub stride: Option<Expr>,
-    /// Whether elements belong to vertices or to instances: "vertex" without it.
+    /// Whether an element belongs to each vertex or to each instance; "vertex" by default.
     pub step: Option<Word<Step>>,
-    /// The attributes, by the names of the shader's vertex inputs.
+    /// The attributes of an element, each with the name of a vertex input of the shader.
     #[schemars(length(min = 1))]
     pub attributes: Vec<AttributeSettings>,
 }
@@ -73,11 +75,11 @@ pub struct VertexSettings {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AttributeSettings {
-    /// The shader's name for it.
+    /// The name of the shader's vertex input.
     pub name: String,
-    /// Its vertex format, by WebGPU's name, such as "float32x3".
+    /// The vertex format of the attribute, by WebGPU's name, such as "float32x3".
     pub format: String,
-    /// Its first byte in an element; behind the attribute before without it.
+    /// The first byte of the attribute in an element (unit: bytes); by default just after the previous attribute.
     pub offset: Option<Expr>,
 }
 
@@ -87,16 +89,16 @@ pub struct AttributeSettings {
 pub struct IndexSettings {
     /// The buffer: a reference.
     pub buffer: Ref,
-    /// Their format: "uint32" without it.
+    /// The format of the indices; "uint32" by default.
     pub format: Option<Word<IndexWord>>,
 }
 
 umbragraph_pipeline::webgpu_words! {
-    /// The step mode of a vertex buffer: its elements belong to vertices or instances.
+    /// The step mode of a vertex buffer: an element for each vertex or for each instance.
     Step = VertexStepMode {
-        /// Vertices.
+        /// One element for each vertex.
         Vertex,
-        /// Instances.
+        /// One element for each instance.
         Instance,
     }
 }
@@ -116,13 +118,13 @@ umbragraph_pipeline::webgpu_words! {
     Topology = PrimitiveTopology {
         /// Points of one pixel.
         PointList,
-        /// A line of every two.
+        /// A line for every two vertices.
         LineList,
-        /// A line on from each.
+        /// Connected lines: one from each vertex to the next.
         LineStrip,
-        /// A triangle of every three.
+        /// A triangle for every three vertices.
         TriangleList,
-        /// A triangle on from each.
+        /// Connected triangles: each vertex after the second forms one with the two vertices before.
         TriangleStrip,
     }
 }

@@ -9,24 +9,25 @@ use umbragraph_pipeline::pipeline::{Bind, PassBuilder};
 use umbragraph_pipeline::shader::Stage;
 use umbragraph_pipeline::work::{BoundSlot, ProgramHandle};
 
-/// The settings of a shader.
+/// The shader of a pass: its template, axis values, bindings and entry points.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 pub struct ShaderSettings {
-    /// The template.
+    /// The name of the shader template.
     pub shader: String,
-    /// Values for axes of the template; an axis that is not named takes the feature or parameter of its name.
+    /// The values of the template's axes by name. An axis without a value here takes the feature or parameter of the
+    /// same name.
     #[serde(default)]
     #[schemars(with = "BTreeMap<String, AnyExpr>")]
     pub axes: BTreeMap<String, Expr>,
-    /// Resources and values for the shader's bindings, by their names; of groups 0 and 1 where the host's meshes are
-    /// drawn, whose block "view" is the view being drawn.
+    /// Resources and values for the shader's bindings, by name. A pass that draws the host's meshes sets groups 0 and 1
+    /// only, and its block "view" holds the view being drawn.
     #[serde(default)]
     pub bind: BTreeMap<String, Bind>,
-    /// The entry points by name, where a stage of the template has several.
+    /// The names of the entry points, needed for a stage with several of them.
     pub entry_points: Option<EntryPointSettings>,
 }
 
-/// The names of entry points.
+/// The names of entry points; each is needed only if the template has several for the stage.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct EntryPointSettings {
@@ -39,7 +40,8 @@ pub struct EntryPointSettings {
 }
 
 impl ShaderSettings {
-    /// Declares the program and its bindings, with the contract of the host's draws.
+    /// Declares the program and its bindings. `geometry` names the contract of the host's draws; `None` if the pass
+    /// draws none. A `None` result follows a diagnostic.
     pub(crate) fn declare(
         &self,
         pass: &mut PassBuilder<'_>,

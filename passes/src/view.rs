@@ -14,15 +14,15 @@ use umbragraph_pipeline::node::Node;
 use umbragraph_pipeline::pipeline::{Evaluate, LiveSettings, PassBuilder, Produced};
 use umbragraph_pipeline::work::{CpuContext, CpuNode, CpuWork, Work};
 
-/// Publishes one view of other data, to be drawn into a texture of its own.
+/// Publishes one view of a set of views, to be drawn into a texture of its own.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct View {
-    /// The blackboard data to publish.
+    /// The name of the blackboard data to publish.
     pub to: Ref,
     /// The blackboard data with the views, such as what a cascade fit publishes.
     pub from: Ref,
-    /// The index of the view, from 0.
+    /// The index of the view in the set, from 0.
     pub index: Expr,
 }
 

@@ -5,17 +5,17 @@
 
 use umbragraph_pipeline::frame::Light;
 
-/// The property of a light in which things cast shadows.
+/// The name of the property of a light that casts shadows.
 pub const CAST_SHADOW: &str = "cast_shadow";
 
-/// The property of a light whose shadows are refined where things touch, by what the picture shows.
+/// The name of the property of a light with contact shadows: its shadows are refined near contacts, in screen space.
 pub const CONTACT_SHADOW: &str = "contact_shadow";
 
-/// The properties of a light that say how hard its shadows are, in the order of their numbers in `light.shadow`, from
-/// 1: one comparison, a filter of fixed width, one as wide as the penumbra.
+/// The names of the properties that choose a light's shadow filter: one comparison, a filter of fixed width, or one as
+/// wide as the penumbra. The number in `light.shadow` is the index plus 1.
 pub const HARDNESS: [&str; 3] = ["hard_shadow", "soft_shadow", "pcss_shadow"];
 
-/// The filters of draws.
+/// The names of filters that choose meshes for draws.
 pub mod filters {
     /// All draws.
     pub const ALL: &str = "all";
@@ -23,13 +23,13 @@ pub mod filters {
     pub const OPAQUE: &str = "opaque";
     /// Draws that are blended over the opaque ones, back to front.
     pub const TRANSPARENT: &str = "transparent";
-    /// Opaque draws that can move: drawn for motion vectors.
+    /// Opaque draws that can move, for motion vectors.
     pub const MOVING: &str = "moving";
     /// Draws that cast shadows.
     pub const CASTERS: &str = "casters";
-    /// Casters that stay where they are: the maps of them are kept from frame to frame.
+    /// Draws of casters that do not move; their shadow maps are kept from frame to frame.
     pub const STATIC_CASTERS: &str = "static_casters";
-    /// Casters that move: drawn over the maps that are kept.
+    /// Draws of casters that move, drawn over the kept shadow maps of static casters.
     pub const DYNAMIC_CASTERS: &str = "dynamic_casters";
 }
 
@@ -47,7 +47,7 @@ pub trait LightProperties: Sized {
     #[must_use]
     fn casts_shadow(self) -> Self;
 
-    /// Makes the light cast shadows that are refined where things touch ([`CONTACT_SHADOW`]).
+    /// Makes the light cast shadows that are refined near contacts ([`CONTACT_SHADOW`]).
     #[must_use]
     fn casts_contact_shadow(self) -> Self;
 }

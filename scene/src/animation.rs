@@ -8,27 +8,27 @@ use glam::{DQuat, DVec4};
 
 use crate::node::NodeId;
 
-/// A set of channels that play together.
+/// A set of animation channels that share one timeline, as glTF groups them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Animation {
     /// The name in the file; may be empty or not unique.
     pub name: String,
     /// The channels, in the order of the file.
     pub channels: Vec<Channel>,
-    /// The time of the last key, in seconds.
+    /// The time of the last key frame of all channels, in seconds.
     pub duration: f64,
 }
 
 /// The property of a node that a channel moves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Property {
-    /// Its translation, in metres.
+    /// The node's translation, in metres.
     Translation,
-    /// Its rotation, a unit quaternion.
+    /// The node's rotation, a unit quaternion.
     Rotation,
-    /// Its scale.
+    /// The node's scale along each axis (a factor, 1 for no change).
     Scale,
-    /// The weight of a morph target of its mesh, by number.
+    /// The weight of one morph target of the node's mesh; the number is the index of the target.
     Weight(usize),
 }
 
@@ -36,24 +36,26 @@ pub enum Property {
 /// rotations), or a cubic Hermite spline.
 pub use gltf::json::animation::Interpolation;
 
-/// One property of one node over time. (A channel of glTF that moves all weights of a node is one for each of them.)
+/// The key frames of one property of one node. A glTF channel that animates all morph weights of a node becomes one
+/// `Channel` for each weight.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Channel {
-    /// The node that moves.
+    /// The animated node.
     pub node: NodeId,
     /// The animated property of the node.
     pub property: Property,
-    /// The interpolation between keys.
+    /// The interpolation between key frames.
     pub interpolation: Interpolation,
-    /// The times of the keys in seconds, strictly increasing, at least one.
+    /// The times of the key frames in seconds, strictly increasing; at least one.
     pub times: Vec<f32>,
-    /// A value for each key (x, y, z and, for rotations, w; weights are x alone); for splines three: tangent in, value,
-    /// tangent out.
+    /// One value for each key: x, y, z, and w for rotations; a morph weight is in x. Cubic splines have three values
+    /// for each key: in-tangent, value, out-tangent.
     pub values: Vec<[f32; 4]>,
 }
 
 impl Channel {
-    /// The value at a time in seconds: x, y and z, a rotation of unit length, or a weight as x.
+    /// Evaluates the channel at a time in seconds. The result is x, y, z, or a unit quaternion for rotations, or a
+    /// morph weight in x.
     pub fn sample(&self, time: f64) -> DVec4 {
         let after = self.times.partition_point(|key| f64::from(*key) <= time);
         let (Some(before), true) = (after.checked_sub(1), after < self.times.len()) else {
@@ -81,7 +83,7 @@ impl Channel {
         }
     }
 
-    /// The value at a key, without its tangents.
+    /// The value at the key frame with index `key`, without the tangents of a cubic spline.
     fn value(&self, key: usize) -> DVec4 {
         self.raw(if self.interpolation == Interpolation::CubicSpline { key * 3 + 1 } else { key })
     }
@@ -90,7 +92,7 @@ impl Channel {
         self.values.get(at).map_or(DVec4::ZERO, |value| DVec4::from_array(value.map(f64::from)))
     }
 
-    /// A rotation made of unit length; other values as they are.
+    /// Normalizes the value of a rotation channel, and returns other values unchanged.
     fn finished(&self, value: DVec4) -> DVec4 {
         match self.property {
             Property::Rotation => value.try_normalize().unwrap_or(DVec4::W),

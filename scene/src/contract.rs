@@ -21,7 +21,7 @@ type Members = [(&'static str, ValueType, &'static str)];
 const NOTE: &str =
     "Written by the tests of the crate umbragraph-scene (UMBRAGRAPH_BLESS=1) from scene/src/interface.rs.";
 
-/// The type of a vertex attribute in shaders.
+/// The WGSL type of a vertex attribute with this format.
 fn attribute_type(format: VertexFormat) -> &'static str {
     match format {
         VertexFormat::Float32x2 => "vec2<f32>",
@@ -31,7 +31,7 @@ fn attribute_type(format: VertexFormat) -> &'static str {
     }
 }
 
-/// The format of a vertex attribute in pipelines.
+/// The name of a vertex format in pipeline files, such as `float32x3`.
 fn attribute_format(format: VertexFormat) -> String {
     format!("{format:?}").to_lowercase()
 }
@@ -44,7 +44,7 @@ fn structure(name: &str, members: &Members) -> String {
     text + "}\n"
 }
 
-/// The texture and the sampler of each map, from a number on.
+/// WGSL declarations of a texture and a sampler for each map, with binding numbers counted from `first`.
 fn textures(maps: &[&str], first: usize) -> String {
     let of = |(at, map): (usize, &&str)| {
         let number = first + 2 * at;
@@ -57,7 +57,7 @@ fn textures(maps: &[&str], first: usize) -> String {
     maps.iter().enumerate().map(of).collect()
 }
 
-/// The blocks of every material and of objects, and the attributes that materials read.
+/// The shader template with the material block, the object block and the vertex attributes that materials read.
 fn blocks() -> String {
     let list = |attributes: &[(&str, VertexFormat)]| {
         let pairs: Vec<String> = (attributes.iter())
@@ -82,7 +82,7 @@ fn blocks() -> String {
     )
 }
 
-/// The rest of a whole material.
+/// The shader template with the block and the maps that only draws with the property `pbr` use.
 fn details() -> String {
     format!(
         "{{# The rest of a material of scenes, for draws with `pbr`.\n   {NOTE} #}}\n\
@@ -92,7 +92,7 @@ fn details() -> String {
     )
 }
 
-/// The motion of objects, for the passes that write it.
+/// The shader template with the motion block of objects, for passes that write motion vectors.
 fn motion() -> String {
     format!(
         "{{# The motion of a placed mesh of scenes. {NOTE} #}}\n\
@@ -102,7 +102,7 @@ fn motion() -> String {
     )
 }
 
-/// The geometry that pipelines declare.
+/// The pipeline file that declares the geometry contract of scenes.
 fn geometry() -> String {
     let members = |members: &Members| {
         let pairs: Vec<String> =
@@ -140,7 +140,7 @@ fn geometry() -> String {
     )
 }
 
-/// A text without the layout that the formatter of documents gives it.
+/// The contents of a file without white space, so that a comparison ignores formatting.
 fn words(text: &str) -> String {
     text.split_whitespace().collect()
 }

@@ -14,16 +14,17 @@ use crate::interface::GEOMETRY;
 use crate::material::AlphaMode;
 use crate::scene::{Draw, Scene};
 
-/// The words that a pipeline may write under `filter`.
+/// All draw filters that a pass may name under `filter` in a pipeline file.
 pub const FILTERS: &[&str] =
     &["all", "opaque", "transparent", "moving", "casters", "static_casters", "dynamic_casters"];
 
-/// Whether a pass with a filter wants a draw of a scene; none where the filter is not in [`FILTERS`].
+/// Returns `true` if a pass with this filter includes a draw of the scene; `false` for a filter that is not in
+/// [`FILTERS`].
 pub fn wants(filter: &str, scene: &Scene, draw: Draw) -> bool {
     wants_draw(filter, draw, scene.material(draw).alpha_mode == AlphaMode::Blend)
 }
 
-/// Whether a filter lets a draw through, given whether the draw is blended.
+/// Returns `true` if a filter includes a draw; `is_blended` is `true` for a material with alpha mode `BLEND`.
 pub(crate) fn wants_draw(filter: &str, draw: Draw, is_blended: bool) -> bool {
     match filter {
         "all" => true,
@@ -37,7 +38,8 @@ pub(crate) fn wants_draw(filter: &str, draw: Draw, is_blended: bool) -> bool {
     }
 }
 
-/// A warning where a plan draws the scene, but has no pass that wants its transparent draws.
+/// A warning with the number of transparent draws that no pass of the plan includes. `None` if there are none, or if no
+/// pass of the plan draws the scene.
 pub fn left_out(scene: &Scene, plan: &Plan) -> Option<Diagnostic> {
     let filters: BTreeSet<&str> = plan
         .passes

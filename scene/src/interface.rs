@@ -15,45 +15,48 @@ use crate::material::{AlphaMode, Map, Material};
 use crate::mesh::VertexDetail;
 use crate::scene::{Draw, Scene};
 
-/// The name of the geometry contract that scenes fulfil.
+/// The name of the geometry contract that scenes implement; pipelines name it in their passes.
 pub const GEOMETRY: &str = "scene";
 
 /// The name of the buffer that pipelines import to trace rays through a scene ([`crate::trace::packed`]).
 pub const RAYS: &str = "scene_rays";
 
-/// The property of meshes with holes where their texture is transparent.
+/// The property of draws whose material has alpha mode `MASK`: fragments below the alpha cutoff are discarded.
 pub const ALPHA_MASKED: &str = "alpha_masked";
 
-/// The property of meshes whose shader needs the whole material: more than base colour and constant emission.
+/// The property of draws that need the full material: more than base colour and constant emission.
 pub const PBR: &str = "pbr";
 
-/// The properties that meshes of scenes can have.
+/// All properties that draws of a scene can have; the index is the bit in a [`PropertySet`].
 const PROPERTIES: [&str; 3] = [ALPHA_MASKED, DOUBLE_SIDED, PBR];
 
-/// Bytes from one block to the next: what every device accepts as the alignment of an offset.
+/// The distance in bytes between consecutive uniform blocks in a buffer: an offset alignment that every device
+/// supports.
 pub const BLOCK_STRIDE: u32 = 256;
 
-/// A vertex stream of scenes: its name, its format, and the bytes of a vertex.
+/// The vertex streams of scenes that have a buffer each: name, format, and bytes per vertex.
 pub(crate) const STREAMS: [(&str, VertexFormat, u64); 3] = [
     ("position", VertexFormat::Float32x3, 12),
     ("normal", VertexFormat::Float32x3, 12),
     ("texcoord", VertexFormat::Float32x2, 8),
 ];
 
-/// The stream of positions in the pose before, for motion vectors.
+/// The vertex stream with the positions of the previous pose, for motion vectors: name, format, and bytes per vertex.
 pub(crate) const PREVIOUS: (&str, VertexFormat, u64) = ("previous_position", VertexFormat::Float32x3, 12);
 
-/// The attributes of [`VertexDetail`]: name, format, and offset.
+/// The attributes of [`VertexDetail`]: name, format, and byte offset in the struct.
 pub(crate) const DETAILS: [(&str, VertexFormat, u64); 3] = [
     ("texcoords", VertexFormat::Float32x4, std::mem::offset_of!(VertexDetail, texcoords) as u64),
     ("tangent", VertexFormat::Float32x4, std::mem::offset_of!(VertexDetail, tangent) as u64),
     ("color", VertexFormat::Float32x4, std::mem::offset_of!(VertexDetail, color) as u64),
 ];
 
-/// The maps of a material in shaders: each is a texture and a sampler of its name.
+/// The names of the maps of a material. Shaders have a texture `<name>_texture` and a sampler `<name>_sampler` for
+/// each.
 pub(crate) const MAPS: [&str; 5] = ["base_color", "metallic_roughness", "normal", "occlusion", "emissive"];
 
-/// The textures of a material by [`MAPS`], and whether their colours are encoded as sRGB.
+/// The maps of a material in the order of [`MAPS`], each with `true` if its colours are sRGB-encoded. `None` for a map
+/// that the material lacks.
 pub(crate) fn maps(material: &Material) -> [(Option<Map>, bool); MAPS.len()] {
     [
         (material.base_color_map, true),
@@ -64,7 +67,7 @@ pub(crate) fn maps(material: &Material) -> [(Option<Map>, bool); MAPS.len()] {
     ]
 }
 
-/// Declares a block: a struct in memory order, and the list of its members for the interface.
+/// Declares a uniform block: a `#[repr(C)]` struct, and the list of its members with their WGSL types.
 macro_rules! block {
     ($(#[$meta:meta])* $block:ident { $(#[doc = $doc:literal] $member:ident: $type:ty = $value:expr,)* }) => {
         $(#[$meta])*
@@ -76,16 +79,17 @@ macro_rules! block {
 
         #[cfg(test)]
         impl $block {
-            /// The members in memory order, each with its type in shaders and its description.
+            /// The members in memory order: name, type in WGSL, and description.
             pub(crate) const MEMBERS: &[(&str, ValueType, &str)] =
                 &[$((stringify!($member), $value, $doc)),*];
         }
 
         impl $block {
-            /// The bytes of the block as WGSL counts them, padding at its end included.
+            /// The size of the block in bytes by the rules of WGSL, padding at its end included.
             pub const SIZE: u32 = (std::mem::size_of::<Self>() as u32).next_multiple_of(16);
 
-            /// The block by a name, with the bytes to the next one.
+            /// Describes the block as a host resource with this name. `stride` is the distance in bytes to the next
+            /// block of a buffer, 0 for none.
             fn slot(name: &str, stride: u32) -> HostResource {
                 let members = [$((stringify!($member), $value, std::mem::offset_of!(Self, $member) as u32)),*];
                 HostResource::block(name, stride, members)
@@ -95,7 +99,7 @@ macro_rules! block {
 }
 
 block! {
-    /// The block of a material in shaders.
+    /// The uniform block of a material with the members that every draw uses.
     MaterialBlock {
         /// Linear colour and alpha, multiplied with the texture.
         base_color: [f32; 4] = ValueType::VEC4,
@@ -109,8 +113,9 @@ block! {
 }
 
 block! {
-    /// The block of the rest of a material in shaders: how its maps are sampled, and how it reflects. A map has the two
-    /// rows of its matrix of texture coordinates, and in the last place of the first row the set.
+    /// The uniform block of a material with the members that only draws with [`PBR`] use: reflection and texture
+    /// transforms. A map has a matrix of two rows for its texture coordinates; w of the first row is the index of the
+    /// coordinate set.
     MaterialDetailBlock {
         /// Texture coordinates of the metallic and roughness map: first row of their matrix, and in w the set.
         metallic_roughness_u: [f32; 4] = ValueType::VEC4,
@@ -188,7 +193,7 @@ impl From<&Material> for MaterialDetailBlock {
 }
 
 block! {
-    /// The block of a placed primitive in shaders.
+    /// The uniform block of a draw: the transforms of its object.
     ObjectBlock {
         /// From the mesh's space to the world.
         world_from_object: [[f32; 4]; 4] = ValueType::MAT4,
@@ -200,28 +205,29 @@ block! {
 }
 
 block! {
-    /// The block of the motion of a placed primitive in shaders.
+    /// The uniform block of a draw for motion vectors: the transform of its object in the previous pose.
     MotionBlock {
         /// From the mesh's space to the world, in the pose before.
         previous_world_from_object: [[f32; 4]; 4] = ValueType::MAT4,
     }
 }
 
-/// The properties of a draw of a scene.
+/// The properties of a draw: alpha-masked, double-sided and [`PBR`].
 pub fn properties(scene: &Scene, draw: Draw) -> PropertySet {
     let is_double_sided = scene.material(draw).double_sided;
     let properties = [scene.is_alpha_masked(draw), is_double_sided, scene.primitive(draw).details.is_some()];
     PropertySet((0..).zip(properties).map(|(at, has)| u32::from(has) << at).sum())
 }
 
-/// The layout in which `scene` stores the members of [`GEOMETRY`].
+/// The buffer layout and bindings with which `scene` implements [`GEOMETRY`], with the property sets that its draws
+/// have.
 pub fn interface(scene: &Scene) -> HostInterface {
     let sets: BTreeSet<PropertySet> =
         scene.draws_of_all_details().map(|draw| properties(scene, draw)).collect();
     any_scene().properties(PROPERTIES, sets)
 }
 
-/// The layout in which every scene stores the members of [`GEOMETRY`], with all property sets that a scene can have.
+/// The buffer layout and bindings with which every scene implements [`GEOMETRY`], with all possible property sets.
 pub fn any_scene() -> HostInterface {
     let stream = |(name, format, stride): (&'static str, VertexFormat, u64)| {
         HostVertexBuffer::new(stride, [(name, format, 0)])
@@ -250,7 +256,7 @@ mod tests {
 
     use super::*;
 
-    /// The offsets that WGSL gives to the members of a uniform block, by its alignment rules.
+    /// The byte offsets of the members of a uniform block and the size of the block, by the alignment rules of WGSL.
     fn wgsl_offsets(members: &[HostMember]) -> (Vec<u32>, u32) {
         let (mut at, mut offsets) = (0_u32, Vec::new());
         for member in members {

@@ -13,22 +13,24 @@ use crate::node::NodeId;
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct SceneLight {
-    /// The node whose −Z axis is the light's direction.
+    /// The node that places the light; its −Z axis is the direction of the light.
     pub node: NodeId,
-    /// The light without its place, which [`SceneLight::placed`] adds.
+    /// The light without the position from its node; [`SceneLight::placed`] sets position and direction.
     pub light: Light,
 }
 
 impl SceneLight {
-    /// The light under the world transform of its node. Scale does not matter, as glTF says; where it destroys the
-    /// direction (an animated scale of zero), the direction at rest stays.
+    /// Returns the light with the position and direction of its node, given the world transform of the node. Scale has
+    /// no effect, as glTF requires. An animated scale of zero leaves no direction; the light then keeps its rest
+    /// direction.
     pub fn placed(&self, world: &DMat4) -> Light {
         let direction = direction(world).unwrap_or(self.light.direction);
         self.light.clone().position(world.w_axis.truncate()).direction(direction)
     }
 }
 
-/// The unit direction in which a light under this transform shines; `None` where the transform leaves none.
+/// The unit direction of a light whose node has this world transform: the transformed −Z axis. `None` if that axis has
+/// length zero.
 pub(crate) fn direction(world: &DMat4) -> Option<DVec3> {
     world.transform_vector3(DVec3::NEG_Z).try_normalize()
 }

@@ -10,7 +10,7 @@ use umbragraph_pipeline::frame::Bounds;
 
 use crate::morph::MorphTarget;
 
-/// A group of primitives that a node places together.
+/// A group of primitives that nodes place as a unit.
 #[derive(Clone, Debug)]
 pub struct Mesh {
     /// The name in the file; may be empty or not unique.
@@ -21,51 +21,52 @@ pub struct Mesh {
     pub cast_shadow: bool,
     /// Whether the mesh receives shadows (`extras.receiveShadow`, true where absent).
     pub receive_shadow: bool,
-    /// The weight of each morph target, if a node declares none.
+    /// The default weight of each morph target, for nodes that declare no weights.
     pub weights: Vec<f32>,
 }
 
-/// Triangles with one material.
+/// An indexed triangle list with one material.
 #[derive(Clone, Debug)]
 pub struct Primitive {
     /// Positions in metres, in the space of the mesh.
     pub positions: Vec<[f32; 3]>,
-    /// Unit normals, pointing outward.
+    /// Unit normals of the vertices, pointing outwards, in the space of the mesh.
     pub normals: Vec<[f32; 3]>,
-    /// The texture coordinates of the base colour texture; zero where the file has none.
+    /// The texture coordinates for the base colour texture, already transformed; zero if the file has none.
     pub texcoords: Vec<[f32; 2]>,
-    /// The other attributes of each vertex, in a primitive whose shader reads them.
+    /// The further attributes of each vertex. `None` if the shader of the primitive does not read them.
     pub details: Option<Vec<VertexDetail>>,
-    /// The joints that move each vertex, in a primitive that can be skinned.
+    /// The joints and weights of each vertex. `None` for a primitive without skinning attributes.
     pub joints: Option<JointWeights>,
-    /// Three vertices for each triangle, counter-clockwise seen from its front; every index is below the number of
+    /// Three vertex indices for each triangle, counter-clockwise seen from the front; each is below the number of
     /// vertices.
     pub indices: Vec<u32>,
     /// The index of the material in [`Scene::materials`](crate::Scene::materials).
     pub material: usize,
-    /// The box around the positions, in the space of the mesh.
+    /// The bounding box of the positions, in metres in the space of the mesh.
     pub bounds: Bounds,
-    /// The shapes that the vertices can go towards.
+    /// The morph targets; empty if the primitive has none.
     pub targets: Vec<MorphTarget>,
-    /// Whether the file gives no normals, so that these are the triangles' normals.
+    /// Whether the file has no normals, so that `normals` holds computed normals of the flat triangles.
     pub has_flat_normals: bool,
 }
 
-/// Attributes of a vertex that only whole materials read.
+/// Vertex attributes that only draws with the property `pbr` read.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct VertexDetail {
-    /// The texture coordinates of the sets 0 and 1; zero where the file has none.
+    /// The texture coordinates of set 0 (x, y) and set 1 (z, w); zero if the file has none.
     pub texcoords: [f32; 4],
-    /// The unit tangent along the first texture coordinate and the sign of the bitangent, 0 for a vertex without
-    /// tangent.
+    /// The unit tangent along the first texture coordinate (x, y, z) and the sign of the bitangent (w). All zero for a
+    /// vertex without a tangent.
     pub tangent: [f32; 4],
-    /// Linear colour and alpha, multiplied with the base colour.
+    /// Linear vertex colour and alpha, multiplied with the base colour; white if the file has none.
     pub color: [f32; 4],
 }
 
 impl VertexDetail {
-    /// The details of `count` vertices by attribute; an attribute that is absent has its default.
+    /// Combines separate attribute lists into the details of `count` vertices. Missing attributes become zero, or white
+    /// for colours.
     pub(crate) fn all(
         count: usize,
         [first, second]: [Option<Vec<[f32; 2]>>; 2],
@@ -85,16 +86,16 @@ impl VertexDetail {
     }
 }
 
-/// Up to four joints of each vertex of a primitive, and the weight of each.
+/// Up to four joints for each vertex of a primitive, and their weights.
 #[derive(Clone, Debug)]
 pub struct JointWeights {
-    /// Indices into the joints of the skin with which the mesh is drawn.
+    /// For each vertex, four indices into [`Skin::joints`](crate::skin::Skin::joints) of the skin used for the draw.
     pub joints: Vec<[u16; 4]>,
-    /// Weights, not negative, with the sum 1.
+    /// For each vertex, the weights of its four joints: not negative, with a sum of 1.
     pub weights: Vec<[f32; 4]>,
 }
 
-/// The box around positions; empty for none.
+/// The bounding box of positions; empty if there are none.
 pub fn bounds_of(positions: &[[f32; 3]]) -> Bounds {
     positions
         .iter()
@@ -102,30 +103,30 @@ pub fn bounds_of(positions: &[[f32; 3]]) -> Bounds {
 }
 
 /// The unit normal of a triangle whose corners are counter-clockwise seen from its front; +Y for a triangle without
-/// area. Computed in `f64`, so that small triangles far from the origin keep their direction.
+/// area. It is computed in `f64`, so that small triangles far from the origin keep their direction.
 pub fn face_normal(corners: [[f32; 3]; 3]) -> [f32; 3] {
     let [a, b, c] = corners.map(|corner| Vec3::from_array(corner).as_dvec3());
     direction((b - a).cross(c - a))
 }
 
-/// The normals of triangles that share no vertices, three for each.
+/// The flat normals of triangles that share no vertices: the same normal three times for each triangle.
 pub(crate) fn flat_normals(positions: &[[f32; 3]]) -> impl Iterator<Item = [f32; 3]> {
     let (triangles, _) = positions.as_chunks();
     triangles.iter().flat_map(|corners| [face_normal(*corners); 3])
 }
 
-/// A normal of unit length; +Y for one of length zero.
+/// Normalizes a normal; returns +Y for one of length zero.
 pub(crate) fn unit(normal: [f32; 3]) -> [f32; 3] {
     direction(Vec3::from_array(normal).as_dvec3())
 }
 
-/// The unit vector of a direction; +Y for none.
+/// Normalizes a vector; returns +Y for one of length zero.
 pub(crate) fn direction(vector: DVec3) -> [f32; 3] {
     vector.try_normalize().unwrap_or(DVec3::Y).as_vec3().to_array()
 }
 
-/// The indices of the triangles of a strip: every further vertex makes a triangle with the two before it, and every
-/// second one is turned around to keep the winding.
+/// Converts the indices of a triangle strip to a triangle list. The winding of every second triangle is reversed, as
+/// strips require.
 pub fn strip_to_list(strip: &[u32]) -> Vec<u32> {
     let triangle = |(at, corners): (usize, &[u32])| {
         if at % 2 == 0 { [corners[0], corners[1], corners[2]] } else { [corners[0], corners[2], corners[1]] }
@@ -133,7 +134,7 @@ pub fn strip_to_list(strip: &[u32]) -> Vec<u32> {
     strip.windows(3).enumerate().flat_map(triangle).collect()
 }
 
-/// The indices of the triangles of a fan: every further vertex makes a triangle with the one before it and the first.
+/// Converts the indices of a triangle fan to a triangle list.
 pub fn fan_to_list(fan: &[u32]) -> Vec<u32> {
     let Some((first, rest)) = fan.split_first() else { return Vec::new() };
     rest.windows(2).flat_map(|pair| [pair[0], pair[1], *first]).collect()

@@ -8,8 +8,8 @@
 
 use crate::texture::Image;
 
-/// The levels of an image after the first, each half as large as the one before, down to 1 × 1: four bytes for each
-/// texel, colours encoded as sRGB or numbers.
+/// The mip levels of an image after level 0, down to 1 × 1: width, height, and four bytes for each texel. With
+/// `is_srgb`, colours are averaged in linear light and encoded as sRGB again.
 pub fn levels(image: &Image, is_srgb: bool) -> Vec<(u32, u32, Vec<u8>)> {
     let decode = is_srgb.then(decode_table);
     let mut levels: Vec<(u32, u32, Vec<u8>)> = Vec::new();
@@ -59,7 +59,7 @@ fn halve(source: &[u8], width: u32, height: u32, decode: Option<&[f32; 256]>) ->
     half
 }
 
-/// The texels of the larger level that the box at `at` of `boxes` covers.
+/// The range of texels of the larger level, along one axis, that the box filter averages for texel `at` of `boxes`.
 fn extent(at: u32, boxes: u32, texels: u32) -> std::ops::Range<u32> {
     at * 2..if at + 1 == boxes { texels } else { at * 2 + 2 }
 }

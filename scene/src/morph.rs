@@ -11,22 +11,23 @@ use umbragraph_pipeline::frame::Bounds;
 
 use crate::mesh::{Primitive, flat_normals, unit};
 
-/// The largest weight, in either direction.
+/// The maximum absolute value of a morph weight.
 pub(crate) const MAX_WEIGHT: f32 = 1e6;
 
-/// A target shape of vertices.
+/// A morph target: displacements of the vertices of a primitive, scaled by one weight.
 #[derive(Clone, Debug)]
 pub struct MorphTarget {
-    /// The offset of each position; empty if the file has none.
+    /// The displacement of each position, in metres; empty if the target does not move positions.
     pub positions: Vec<[f32; 3]>,
-    /// The offset of each normal; empty if the file has none.
+    /// The displacement of each normal; empty if the target does not change normals.
     pub normals: Vec<[f32; 3]>,
-    /// The bounds of the position offsets and zero.
+    /// The bounding box of all position displacements and of zero, in metres.
     pub bounds: Bounds,
 }
 
 impl Primitive {
-    /// Computes positions and normals with each target weighted; missing weights are 0.
+    /// Computes the morphed positions and normals into the two lists. `weights` has one weight for each target; missing
+    /// weights are 0.
     pub fn morph(&self, weights: &[f32], positions: &mut Vec<[f32; 3]>, normals: &mut Vec<[f32; 3]>) {
         positions.clone_from(&self.positions);
         normals.clone_from(&self.normals);
@@ -47,7 +48,8 @@ impl Primitive {
         }
     }
 
-    /// A box that holds what a box of this primitive becomes with these weights.
+    /// Enlarges a bounding box of vertices of this primitive so that it contains the vertices morphed with these
+    /// weights.
     pub(crate) fn morphed_bounds(&self, bounds: Bounds, weights: &[f32]) -> Bounds {
         if bounds.is_empty() {
             return bounds;

@@ -2,7 +2,7 @@
 
 use glam::{DMat4, DQuat, DVec3};
 
-/// Names one node of a scene.
+/// The identifier of a node in a scene: its index.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct NodeId(pub(crate) u32);
 
@@ -16,25 +16,25 @@ impl NodeId {
 /// A transform from a node's space to its parent's.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LocalTransform {
-    /// An affine matrix, as the file has it. Cannot be animated.
+    /// An affine matrix from the file. Such a node cannot be animated.
     Matrix(DMat4),
-    /// First scaled, then rotated, then moved.
+    /// Separate parts, applied in the order scale, rotation, translation.
     Parts {
         /// The translation (unit: metres).
         translation: DVec3,
-        /// The rotation, of unit length.
+        /// The rotation, a unit quaternion.
         rotation: DQuat,
-        /// The scale along each axis.
+        /// The scale factor along each axis.
         scale: DVec3,
     },
 }
 
 impl LocalTransform {
-    /// The transform that changes nothing.
+    /// The identity transform.
     pub const IDENTITY: Self =
         Self::Parts { translation: DVec3::ZERO, rotation: DQuat::IDENTITY, scale: DVec3::ONE };
 
-    /// The transform as a matrix.
+    /// Converts the transform to a matrix.
     pub fn matrix(&self) -> DMat4 {
         match *self {
             Self::Matrix(matrix) => matrix,
@@ -45,29 +45,30 @@ impl LocalTransform {
     }
 }
 
-/// A node of the hierarchy.
+/// A node of the scene's transform hierarchy.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Node {
     /// The name in the file; may be empty or not unique.
     pub name: String,
-    /// The node in whose space this one stands; `None` for a root.
+    /// The parent node; `None` for a root.
     pub parent: Option<NodeId>,
-    /// The transform from this node's space to its parent's, at rest.
+    /// The transform from this node's space to its parent's, without animation.
     pub local: LocalTransform,
-    /// The index of the mesh in [`Scene::meshes`](crate::Scene::meshes) that the node shows.
+    /// The index of the node's mesh in [`Scene::meshes`](crate::Scene::meshes); `None` for a node without a mesh.
     pub mesh: Option<usize>,
-    /// The index of the skin in [`Scene::skins`](crate::Scene::skins) that moves the mesh.
+    /// The index in [`Scene::skins`](crate::Scene::skins) of the skin that deforms the mesh; `None` without skinning.
     pub skin: Option<usize>,
-    /// The weight of each morph target of the mesh, if no animation sets another.
+    /// The weight of each morph target of the mesh, without animation; empty if the mesh has no targets.
     pub weights: Vec<f32>,
-    /// The meshes that stand for it in coarser levels of detail, from fine to coarse (`MSFT_lod`).
+    /// The indices of the meshes of coarser levels of detail, from fine to coarse (`MSFT_lod`); empty if there are
+    /// none.
     pub details: Vec<usize>,
-    /// Whether the node belongs to the scene that the file shows by default.
+    /// Whether the node belongs to the default scene of the file and so is drawn.
     pub shown: bool,
-    /// Whether the node or one of its ancestors is animated.
+    /// Whether the first animation moves the node or one of its ancestors.
     pub animated: bool,
-    /// Whether what the node shows casts shadows (`extras.castShadow`, true where absent).
+    /// Whether the node's mesh casts shadows (`extras.castShadow`, true where absent).
     pub cast_shadow: bool,
-    /// Whether what the node shows receives shadows (`extras.receiveShadow`, true where absent).
+    /// Whether the node's mesh receives shadows (`extras.receiveShadow`, true where absent).
     pub receive_shadow: bool,
 }

@@ -15,12 +15,12 @@ use crate::morph::MAX_WEIGHT;
 use crate::node::{LocalTransform, NodeId};
 use crate::scene::{Draw, Scene};
 
-/// The transforms of all nodes of a scene at one time.
+/// The transforms and morph weights of all nodes of a scene at one time.
 #[derive(Debug, PartialEq)]
 pub struct Pose {
     local: Vec<LocalTransform>,
     world: Vec<DMat4>,
-    /// The weights of the morph targets of the nodes that have any, by node.
+    /// The morph weights of each node that has morph targets, sorted by node.
     weights: Vec<(NodeId, Vec<f32>)>,
 }
 
@@ -29,7 +29,7 @@ impl Clone for Pose {
         Self { local: self.local.clone(), world: self.world.clone(), weights: self.weights.clone() }
     }
 
-    /// Copies a pose without allocating, once there was room.
+    /// Copies a pose into this one; does not allocate if the existing memory is large enough.
     fn clone_from(&mut self, other: &Self) {
         self.local.clone_from(&other.local);
         self.world.clone_from(&other.world);
@@ -38,12 +38,12 @@ impl Clone for Pose {
 }
 
 impl Pose {
-    /// The transform from a node's space to the world.
+    /// The transform from a node's space to world space, in metres; identity for an unknown node.
     pub fn world(&self, node: NodeId) -> DMat4 {
         self.world.get(node.index()).copied().unwrap_or(DMat4::IDENTITY)
     }
 
-    /// The weight of each morph target of a node's mesh.
+    /// The weight of each morph target of the node's mesh; empty if it has none.
     pub fn weights(&self, node: NodeId) -> &[f32] {
         let at = self.weights.binary_search_by_key(&node, |(node, _)| *node);
         at.ok().and_then(|at| self.weights.get(at)).map_or(&[], |(_, weights)| weights)
@@ -51,7 +51,7 @@ impl Pose {
 }
 
 impl Scene {
-    /// Every node where the file puts it, no animation applied.
+    /// The pose without animation: every node has the transform of the file.
     pub fn rest_pose(&self) -> Pose {
         let mut pose = Pose {
             local: self.nodes.iter().map(|node| node.local).collect(),
@@ -67,15 +67,16 @@ impl Scene {
         pose
     }
 
-    /// Every node at a time in seconds; the scene's first animation plays in a loop. A time that is not finite is 0.
+    /// The pose at a time in seconds. The first animation of the scene plays in a loop; a time that is not finite
+    /// counts as 0.
     pub fn pose(&self, time: f64) -> Pose {
         let mut pose = self.rest_pose();
         self.pose_into(time, &mut pose);
         pose
     }
 
-    /// Computes a pose as [`Scene::pose`] does, into an existing pose of this scene, without allocating. (A pose of
-    /// another scene is replaced.)
+    /// Computes the pose at a time in seconds like [`Scene::pose`], but into an existing pose of this scene, without
+    /// allocating. A pose of another scene is replaced.
     pub fn pose_into(&self, time: f64, pose: &mut Pose) {
         if pose.world.len() != self.nodes.len() {
             *pose = self.rest_pose();
@@ -122,8 +123,8 @@ impl Scene {
         }
     }
 
-    /// For each joint of the skin of a node, the transform from mesh space to the world; nothing for a node without
-    /// one. A skinned mesh is placed by these alone: glTF ignores the transform of the node that shows it.
+    /// For each joint of a node's skin, the transform from mesh space to the world; empty for a node without a skin.
+    /// These transforms replace the node's own for a skinned mesh, as glTF requires.
     pub fn joint_transforms<'a>(&'a self, node: NodeId, pose: &'a Pose) -> impl Iterator<Item = DMat4> + 'a {
         let skin =
             self.nodes.get(node.index()).and_then(|node| node.skin).and_then(|skin| self.skins.get(skin));
@@ -132,8 +133,9 @@ impl Scene {
             .map(|(joint, inverse_bind)| pose.world(*joint) * *inverse_bind)
     }
 
-    /// The world box around a draw in a pose. For a skinned draw it is the box around what each of the joints could
-    /// move the vertices to that it moves at all; since a skinned vertex is a mean of these, the box holds it.
+    /// The bounding box of a draw in world space, in metres, for a pose. A skinned draw has the union of the boxes of
+    /// all joints, each transformed with its joint. A skinned vertex is a weighted mean of transformed positions, so
+    /// this box contains it.
     pub fn draw_bounds(&self, draw: Draw, pose: &Pose) -> Bounds {
         let (part, weights) = (self.primitive(draw), pose.weights(draw.node));
         match draw.joint_bounds.and_then(|at| self.joint_bounds.get(at)) {
@@ -147,7 +149,7 @@ impl Scene {
     }
 }
 
-/// The box around the positions that a joint moves, for each of the first `joints` joints.
+/// For each of the first `joints` joints, the bounding box of the positions with a weight above 0 for that joint.
 pub(crate) fn joint_bounds(
     positions: &[[f32; 3]],
     weights: &crate::mesh::JointWeights,

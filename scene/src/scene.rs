@@ -21,46 +21,47 @@ use crate::skin::Skin;
 use crate::texture::{Image, Texture};
 use crate::view::SceneCamera;
 
-/// A loaded scene. Made by [`load`](crate::load()) and [`from_slice`](crate::from_slice) only.
+/// A loaded scene, created only by [`load`](crate::load()) and [`from_slice`](crate::from_slice).
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Scene {
-    /// The name under which it was loaded.
+    /// The name of the scene in diagnostics: the path or the name given to the loader.
     pub name: String,
-    /// All meshes of the file. Clones of a scene share them.
+    /// All meshes of the file. Clones of a scene share the list.
     pub meshes: Arc<Vec<Mesh>>,
-    /// All materials of the file and, last, glTF's default material.
+    /// All materials of the file and, last, the default material for primitives without one.
     pub materials: Vec<Material>,
-    /// All textures that materials use as base colour.
+    /// All textures that maps of materials use, each once.
     pub textures: Vec<Texture>,
-    /// The images of those textures, decoded. Clones of a scene share them.
+    /// The decoded images of `textures`. Clones of a scene share them.
     pub images: Arc<Vec<Image>>,
-    /// All nodes of the file.
+    /// All nodes of the file, indexed by [`NodeId`].
     pub nodes: Vec<Node>,
-    /// The cameras of the shown nodes, parents before children, in the order of the file.
+    /// The cameras of the shown nodes, parents before children; empty if the file has none.
     pub cameras: Vec<SceneCamera>,
-    /// The lights of the shown nodes, parents before children, in the order of the file.
+    /// The lights of the shown nodes, parents before children; empty if the file has none.
     pub lights: Vec<SceneLight>,
     /// All skins of the file.
     pub skins: Vec<Skin>,
-    /// All animations of the file.
+    /// All animations of the file; only the first one is played.
     pub animations: Vec<Animation>,
-    /// Problems of the file that are no errors.
+    /// Warnings about the file from loading; errors prevent a scene.
     pub warnings: Diagnostics,
-    /// Nodes, parents before children.
+    /// All nodes, sorted so that parents come before their children.
     pub(crate) order: Vec<NodeId>,
-    /// The draws: all of the finest level of detail, then those of coarser ones.
+    /// All draws: first those of the finest level of detail, then those of coarser levels.
     pub(crate) draws: Vec<Draw>,
-    /// The number of draws of the finest level.
+    /// The number of draws of the finest level of detail, which come first in `draws`.
     pub(crate) finest: usize,
-    /// The bounds of the vertices that each joint moves, for each skinned draw.
+    /// For each combination of skin and skinned primitive, one bounding box per joint of the vertices that it moves, in
+    /// mesh space.
     pub(crate) joint_bounds: Vec<Vec<Bounds>>,
 }
 
-/// One primitive of one node: the unit that is drawn.
+/// One primitive drawn at one node: the unit of a draw call.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Draw {
-    /// The node that places it.
+    /// The node whose transform places the primitive.
     pub node: NodeId,
     /// The index of the mesh in [`Scene::meshes`].
     pub mesh: usize,
@@ -68,24 +69,24 @@ pub struct Draw {
     pub primitive: usize,
     /// The index of the material in [`Scene::materials`].
     pub material: usize,
-    /// The index of the skin in [`Scene::skins`], for a skinned draw.
+    /// The index of the skin in [`Scene::skins`]; `None` for a draw without skinning.
     pub skin: Option<usize>,
-    /// Whether it casts shadows: node, mesh and material all agree, and the material is not blended.
+    /// Whether the draw casts shadows: allowed by node, mesh and material, and the material is not blended.
     pub cast_shadow: bool,
-    /// Whether it receives shadows: node, mesh and material all agree.
+    /// Whether the draw receives shadows: allowed by node, mesh and material.
     pub receive_shadow: bool,
-    /// Whether it can move or change its shape from frame to frame.
+    /// Whether the draw can move or change its shape from frame to frame, by animation or skinning.
     pub dynamic: bool,
-    /// Its level of detail, 0 the finest.
+    /// The level of detail that the draw belongs to; 0 is the finest.
     pub detail: u32,
-    /// The last level that its node has.
+    /// The coarsest level of detail of the draw's node; 0 if the node has only one level.
     pub last_detail: u32,
-    /// The index of its bounds by joint, for a skinned draw.
+    /// The index in `Scene::joint_bounds`; `None` for a draw without skinning.
     pub(crate) joint_bounds: Option<usize>,
 }
 
 impl Scene {
-    /// The draws of the finest level of detail, in the order of the hierarchy.
+    /// The draws of the finest level of detail, parent nodes before their children.
     pub fn draws(&self) -> impl ExactSizeIterator<Item = Draw> + '_ {
         self.draws.iter().take(self.finest).copied()
     }
@@ -95,39 +96,39 @@ impl Scene {
         self.draws.iter().copied()
     }
 
-    /// The triangles of a draw of this scene.
+    /// The primitive with the triangles of a draw.
     pub fn primitive(&self, draw: Draw) -> &Primitive {
         &self.meshes[draw.mesh].primitives[draw.primitive]
     }
 
-    /// The surface of a draw of this scene.
+    /// The material of a draw.
     pub fn material(&self, draw: Draw) -> &Material {
         &self.materials[draw.material]
     }
 
-    /// Whether the vertices of a draw are no other's: joints move them, or they go towards other shapes.
+    /// Returns `true` if a draw needs its own copy of the vertices, because skinning or morph targets change them.
     #[cfg(feature = "gpu")]
     pub(crate) fn has_own_vertices(&self, draw: Draw) -> bool {
         draw.skin.is_some() || self.morphs(draw)
     }
 
-    /// Whether the vertices of a draw can go towards other shapes.
+    /// Returns `true` if the primitive of a draw has morph targets.
     #[cfg(feature = "gpu")]
     pub(crate) fn morphs(&self, draw: Draw) -> bool {
         !self.primitive(draw).targets.is_empty()
     }
 
-    /// A node of this scene.
+    /// The node with this identifier.
     pub fn node(&self, node: NodeId) -> &Node {
         &self.nodes[node.index()]
     }
 
-    /// Whether a draw needs the fragment stage to decide what is there.
+    /// Returns `true` if the material of a draw has alpha mode `MASK`, so that the fragment stage discards fragments.
     pub fn is_alpha_masked(&self, draw: Draw) -> bool {
         matches!(self.material(draw).alpha_mode, AlphaMode::Mask { .. })
     }
 
-    /// Whether a draw stands elsewhere or has another shape in another pose.
+    /// Returns `true` if the placement or the shape of a draw differs between two poses.
     pub fn moves(&self, draw: Draw, from: &Pose, to: &Pose) -> bool {
         let moves = |node: NodeId| from.world(node) != to.world(node);
         let skin = draw.skin.and_then(|skin| self.skins.get(skin));
@@ -138,7 +139,7 @@ impl Scene {
                 || skin.is_some_and(|skin| skin.joints.iter().any(|at| moves(*at))))
     }
 
-    /// The world box around everything that is drawn in a pose.
+    /// The bounding box of all draws of the finest level of detail, in world space, for a pose.
     pub fn bounds(&self, pose: &Pose) -> Bounds {
         self.bounds_where(pose, |_| true)
     }
@@ -148,7 +149,7 @@ impl Scene {
         draws.fold(Bounds::EMPTY, |bounds, draw| bounds.union(self.draw_bounds(draw, pose)))
     }
 
-    /// The lights in a pose; the default directional light where the file has none.
+    /// The lights of the scene placed for a pose; one default directional light if the file has no lights.
     pub fn placed_lights(&self, pose: &Pose) -> Vec<Light> {
         if self.lights.is_empty() {
             return vec![default_view::sun()];
@@ -156,13 +157,13 @@ impl Scene {
         self.lights.iter().map(|light| light.placed(&pose.world(light.node))).collect()
     }
 
-    /// The frame input at a time in seconds: the scene's first camera with the given `aspect` (width over height), all
-    /// lights and the bounds. The frame's index is 0; a host that draws more than one frame counts them itself.
+    /// The frame input at a time in seconds: the first camera with the given `aspect` (width over height), all lights
+    /// and the bounds. The frame index is 0; a host that draws several frames must set it.
     pub fn frame_input(&self, aspect: f64, time: f64) -> FrameInput {
         self.frame_input_of(&self.pose(time), aspect, time)
     }
 
-    /// The frame input as of [`Scene::frame_input`], for a pose that the caller has computed.
+    /// The frame input like [`Scene::frame_input`], for a pose that the caller has already computed.
     pub fn frame_input_of(&self, pose: &Pose, aspect: f64, time: f64) -> FrameInput {
         let scene_bounds = self.bounds(pose);
         let camera = match self.cameras.first() {

@@ -4,13 +4,13 @@ use glam::DMat4;
 
 use crate::node::NodeId;
 
-/// The joints of a skinned mesh.
+/// The joints that deform a skinned mesh.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Skin {
     /// The name in the file; may be empty or not unique.
     pub name: String,
-    /// The nodes that act as joints, at least one.
+    /// The nodes that act as joints; at least one.
     pub joints: Vec<NodeId>,
-    /// The transform from mesh space into the space of each joint at rest.
+    /// One inverse bind matrix for each joint: from mesh space to the joint's space in the bind pose.
     pub inverse_bind: Vec<DMat4>,
 }

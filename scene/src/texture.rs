@@ -2,18 +2,19 @@
 
 use umbragraph_pipeline::wgpu_types::{AddressMode, FilterMode, MipmapFilterMode};
 
-/// The sampling of a texture. The default, for files without a sampler, repeats and interpolates texels and mip levels.
+/// The sampling state of a texture. The default, for files without a sampler, repeats, and filters texels and mip
+/// levels linearly.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Sampler {
-    /// The address mode along u.
+    /// The address mode of the texture coordinate u.
     pub wrap_u: AddressMode,
-    /// The address mode along v.
+    /// The address mode of the texture coordinate v.
     pub wrap_v: AddressMode,
-    /// The filter for a texel that covers more than a pixel.
+    /// The magnification filter, for a texel that covers more than one pixel.
     pub magnify: FilterMode,
-    /// The filter for a pixel that covers more than a texel.
+    /// The minification filter, for a pixel that covers more than one texel.
     pub minify: FilterMode,
-    /// The filter between mip levels; `None` if the file uses the base level only.
+    /// The filter between mip levels; `None` if only the base level is sampled.
     pub mipmap: Option<MipmapFilterMode>,
 }
 
@@ -29,16 +30,17 @@ impl Default for Sampler {
     }
 }
 
-/// A decoded picture.
+/// A decoded image with 8 bits per channel.
 #[derive(Clone, PartialEq, Eq)]
 pub struct Image {
     /// The name in the file; may be empty or not unique.
     pub name: String,
-    /// Texels across, at least 1.
+    /// The width in texels, at least 1.
     pub width: u32,
-    /// Texels down, at least 1.
+    /// The height in texels, at least 1.
     pub height: u32,
-    /// Four bytes for each texel: red, green, blue (sRGB-encoded) and alpha (linear, not premultiplied); row 0 on top.
+    /// Four bytes for each texel, rows from the top: red, green, blue and alpha (not premultiplied). Colours are
+    /// sRGB-encoded; data such as normals is linear.
     pub rgba: Vec<u8>,
 }
 
@@ -48,11 +50,11 @@ impl std::fmt::Debug for Image {
     }
 }
 
-/// An image together with the way to sample it.
+/// An image and the state with which it is sampled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Texture {
     /// The index of the image in [`Scene::images`](crate::Scene::images).
     pub image: usize,
-    /// Its sampler.
+    /// The sampling state.
     pub sampler: Sampler,
 }

@@ -9,20 +9,20 @@ use crate::node::NodeId;
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct SceneCamera {
-    /// The name of the camera, or of its node.
+    /// The name of the camera, or else of its node; may be empty.
     pub name: String,
-    /// The node along whose −Z axis the camera looks.
+    /// The node that places the camera, which looks along its −Z axis.
     pub node: NodeId,
-    /// The projection. Its far plane is infinite where the file gives none.
+    /// The projection; its far plane is infinite if the file gives none.
     pub projection: Projection,
 }
 
 impl SceneCamera {
-    /// The camera under the world transform of its node.
+    /// Returns the camera at the position and rotation of its node, given the world transform of the node.
     ///
-    /// Scale, shear and mirroring are taken out of the transform: a camera has only a place and a rotation. A far
-    /// plane at infinity is drawn in to just behind `bounds`. `aspect` is the picture's width over its height; the
-    /// file's own aspect ratio is a hint that is not followed, since the vertical field of view is what it fixes.
+    /// Scale, shear and mirroring of the transform have no effect. An infinite far plane is replaced by one just beyond
+    /// `bounds`. `aspect` is the width of the picture over its height. The aspect ratio of the file is ignored; its
+    /// vertical field of view is kept.
     pub fn placed(&self, world: &DMat4, bounds: &Bounds, aspect: f64) -> Camera {
         let position = world.w_axis.truncate();
         let rotation = rotation_of(world).unwrap_or(DQuat::IDENTITY);
@@ -42,8 +42,8 @@ impl SceneCamera {
     }
 }
 
-/// The rotation nearest in view to a transform: its −Z axis stays where it points, its +Y axis as near as possible.
-/// `None` where the transform has no such axes.
+/// Extracts the rotation of a camera from a world transform: the −Z axis is kept exactly, the +Y axis as nearly as
+/// possible. Returns `None` if one of the two axes has length zero or they are parallel.
 pub(crate) fn rotation_of(world: &DMat4) -> Option<DQuat> {
     let back = world.z_axis.truncate().try_normalize()?;
     let right = world.y_axis.truncate().try_normalize()?.cross(back).try_normalize()?;

@@ -8,7 +8,8 @@
 use glam::DMat4;
 use umbragraph_pipeline::frame::Bounds;
 
-/// Whether any part of `bounds` may lie within the sides of the view `clip_from_world`.
+/// Returns `false` if `bounds` lies entirely outside one of the four sides of the view frustum, or is empty. The near
+/// and far planes are not tested.
 pub fn may_be_visible(bounds: &Bounds, clip_from_world: &DMat4) -> bool {
     if bounds.is_empty() {
         return false;

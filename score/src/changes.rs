@@ -18,13 +18,14 @@ use serde::ser::SerializeMap;
 use crate::scores::{Rendered, ratio};
 use crate::truth::{LightTruth, Truth};
 
-/// The maximum difference of a value that does not count as a change.
+/// The largest difference between two shadow-term values (0 to 1) that still counts as equal.
 pub const TOLERANCE: f64 = 0.02;
 
-/// The maximum error of a position, as a part of a pixel's extent on its surface.
+/// The maximum distance of a position from the surface of the four nearest pixels, as a fraction of the distance
+/// between neighbouring pixels.
 const FLATNESS: f64 = 0.1;
 
-/// The counted pixels of a light's shadow term in one frame, row 0 on top.
+/// The pixels of one light's shadow term in one frame that count towards temporal stability; row 0 on top.
 #[derive(Clone, Debug)]
 pub struct Seen {
     size: [u32; 2],
@@ -39,17 +40,17 @@ struct Pixel {
     is_lit: bool,
 }
 
-/// The interior points that two frames see, and how many have changed.
+/// The number of points that two consecutive frames show, and the number of them whose shadow term has changed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Changes {
-    /// The points.
+    /// The number of points that are compared.
     pub points: u64,
-    /// The points whose value has changed.
+    /// The number of compared points whose shadow term has changed by more than [`TOLERANCE`].
     pub changed: u64,
 }
 
 impl Changes {
-    /// The part that has changed; `None` where there are no points.
+    /// The fraction of the compared points that has changed, 0 to 1; `None` if no point was compared.
     pub fn share(&self) -> Option<f64> {
         ratio(self.changed, self.points)
     }
@@ -71,7 +72,8 @@ impl Serialize for Changes {
 }
 
 impl Seen {
-    /// Collects the pixels of a shadow term that count for a light.
+    /// Collects the pixels of a rendered shadow term that count for a light: evaluated in the truth, and hit in the
+    /// picture.
     pub fn new(truth: &Truth<'_>, light: &LightTruth, picture: Rendered<'_>) -> Self {
         let pixel = |(at, point): (usize, &Option<crate::truth::Point>)| {
             let position = point.as_ref().filter(|_| light.evaluated[at] && picture.hits(at))?.position;
@@ -84,7 +86,8 @@ impl Seen {
         }
     }
 
-    /// Counts the changes since an earlier frame.
+    /// Counts the points of this frame that the frame `before` shows too, and those of them whose shadow term has
+    /// changed.
     pub fn changes_since(&self, before: &Self) -> Changes {
         let mut changes = Changes::default();
         for pixel in self.pixels.iter().flatten() {
@@ -98,7 +101,8 @@ impl Seen {
         changes
     }
 
-    /// The range of the values around a point, if the pixels show the surface of the point.
+    /// The lowest and highest value of the 4 by 4 pixels around the projection of `point`. `None` if the point lies
+    /// outside the frame or the four nearest pixels do not show its surface.
     fn around(&self, point: &Pixel) -> Option<[f64; 2]> {
         let clip = self.clip_from_world * point.position.extend(1.0);
         if clip.w <= 0.0 {
@@ -144,7 +148,7 @@ mod tests {
 
     const SIZE: [u32; 2] = [64, 48];
 
-    /// The floor and a wall behind it, as far as they are in view, and a value of each of their points; all are lit.
+    /// The floor and a wall at its end, as far as the camera sees them, with `value` at each point; all points are lit.
     fn seen(position: DVec3, turned: f64, value: impl Fn(DVec3) -> f64) -> Seen {
         let projection = Projection::Perspective { vertical_fov: 1.0, near: 0.1, far: 100.0 };
         let rotation = DQuat::from_rotation_y(turned) * DQuat::from_rotation_x(-0.4);
@@ -164,7 +168,7 @@ mod tests {
         Seen { size: SIZE, clip_from_world, pixels: (0..SIZE[0] * SIZE[1]).map(pixel).collect() }
     }
 
-    /// Squares of a metre, light and dark, that lie somewhat off.
+    /// A checkerboard of light and dark squares with a side of 1 m, moved by `off` metres along x.
     fn squares(off: f64) -> impl Fn(DVec3) -> f64 {
         move |point| {
             let row = (point.x + off).floor() + (point.y + point.z).floor();

@@ -12,7 +12,7 @@
 use crate::scores::{Answer, PENUMBRA, Rendered};
 use crate::truth::{LightTruth, Truth};
 
-/// Paints the errors of a shadow term, in 8 bits for red, green, blue and alpha.
+/// Paints the errors of a shadow term against the truth. Returns four bytes for each pixel: red, green, blue and alpha.
 pub fn picture(truth: &Truth<'_>, light: &LightTruth, rendered: Rendered<'_>) -> Vec<u8> {
     let colour = |at: usize| -> [u8; 3] {
         if truth.points()[at].is_none() || !light.evaluated[at] || !rendered.hits(at) {
@@ -44,7 +44,8 @@ pub fn picture(truth: &Truth<'_>, light: &LightTruth, rendered: Rendered<'_>) ->
         .collect()
 }
 
-/// The truth as grey, and over it the error.
+/// The color of a pixel lit by a light with an extent: the true visible part as grey, blended with a color for the
+/// error.
 fn soft(rendered: f64, part: f64) -> [u8; 3] {
     let grey = 40.0 + 185.0 * part;
     let error = rendered - part;

@@ -15,7 +15,7 @@ const CONTACT: u8 = 4;
 const HAS_EXTENT: u8 = 8;
 
 impl LightTruth {
-    /// As bytes.
+    /// The traced visibility as four bytes for each pixel, without loss.
     pub fn to_bytes(&self) -> Vec<u8> {
         let pixel = |at: usize| {
             let bits = [
@@ -33,7 +33,7 @@ impl LightTruth {
         (0..self.lit.len()).flat_map(pixel).collect()
     }
 
-    /// From bytes; `None` for those of another number of pixels.
+    /// Restores the visibility from the bytes of `to_bytes`; `None` if they are not those of `pixels` pixels.
     pub fn from_bytes(bytes: &[u8], pixels: usize) -> Option<Self> {
         let (all, rest) = bytes.as_chunks::<4>();
         if all.len() != pixels || !rest.is_empty() {
@@ -53,7 +53,8 @@ impl LightTruth {
 }
 
 impl Truth<'_> {
-    /// Gives all that the visibility of a light follows from, piece by piece: surfaces, camera, size and light.
+    /// Passes all input of the visibility of `light` to `each`, piece by piece, such as to hash it: surfaces, camera,
+    /// size and light.
     pub fn describe(&self, light: &Light, each: &mut dyn FnMut(&[u8])) {
         self.rays.describe(each);
         each(format!("{:?} {:?} {light:?}", self.camera, self.size).as_bytes());

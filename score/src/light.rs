@@ -16,12 +16,13 @@ pub struct Source {
     position: DVec3,
     to_light: DVec3,
     range: f64,
-    /// The tangent of half the angle, or the radius.
+    /// The tangent of half the angular diameter of a directional light, or the radius of another light in metres; 0 for
+    /// no extent.
     size: f64,
 }
 
 impl Source {
-    /// The source of a light; `None` for an invalid light.
+    /// The target of rays for a light; `None` for a light with invalid values.
     pub fn of(light: &Light) -> Option<Self> {
         if light.check().is_some() {
             return None;
@@ -39,12 +40,13 @@ impl Source {
         })
     }
 
-    /// Whether it has an extent.
+    /// Returns `true` if the light has an angular diameter or a radius above zero, so that it casts penumbrae.
     pub fn has_extent(&self) -> bool {
         self.size > 0.0
     }
 
-    /// Whether an unoccluded point is inside its cone and range.
+    /// Returns `true` if the light reaches an unoccluded point: the point is inside the light's range and, for a spot,
+    /// its cone.
     pub fn reaches(&self, point: DVec3) -> bool {
         let offset = self.position - point;
         match self.kind {
@@ -57,7 +59,8 @@ impl Source {
         }
     }
 
-    /// The direction from a point to the middle of the light, or to a sample of it on the unit disc; and how far it is.
+    /// The unit direction from a point to the light, and the distance in metres (infinite for a directional light).
+    /// `sample` chooses a point of the light by its place on the unit disc; zero is the middle.
     pub fn ray(&self, point: DVec3, sample: DVec2) -> (DVec3, f64) {
         let (middle, distance) = match self.kind {
             LightKind::Directional => (self.to_light, f64::INFINITY),
@@ -79,7 +82,7 @@ impl Source {
     }
 }
 
-/// A sample of the unit disc.
+/// The point with this index of a sequence that covers the unit disc evenly.
 pub fn disc_sample(index: u32) -> DVec2 {
     // The powers of the inverse of the root of x³ = x + 1.
     let part = |step: f64| (0.5 + step * f64::from(index + 1)).fract();

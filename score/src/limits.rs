@@ -19,26 +19,26 @@ use std::collections::BTreeMap;
 
 use crate::scores::{BANDS, Counts, Scores, ratio};
 
-/// Limits by their names.
+/// Limits on scores, by name, such as `min_iou` or `max_leak_k2`.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Limits(BTreeMap<String, f64>);
 
 /// A limit that is not met.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Broken {
-    /// Its name.
+    /// The name of the limit, such as `min_iou`.
     pub name: String,
-    /// Its value.
+    /// The value of the limit.
     pub limit: f64,
-    /// The measured score, if it exists.
+    /// The measured score; `None` if the score does not exist.
     pub measured: Option<f64>,
 }
 
 impl Limits {
-    /// Limits of these names and values.
+    /// Creates limits from names and values.
     ///
     /// # Errors
-    /// The first name that says no score.
+    /// Returns the first name that does not belong to a score.
     pub fn new(values: BTreeMap<String, f64>) -> Result<Self, String> {
         match values.keys().find(|name| measured(name, &Scores::default()).is_none()) {
             Some(unknown) => Err(unknown.clone()),
@@ -58,7 +58,7 @@ impl Limits {
         broken.collect()
     }
 
-    /// The names of all limits that there are.
+    /// The names of all possible limits.
     pub fn names() -> Vec<String> {
         let banded = ["min_iou", "max_leak", "max_acne"].iter().flat_map(|name| {
             BANDS.map(|band| if band == 0 { (*name).to_owned() } else { format!("{name}_k{band}") })
@@ -69,7 +69,8 @@ impl Limits {
     }
 }
 
-/// The score that a limit is about; `None` where it is about none.
+/// The score to which a limit of this name applies: `None` for an unknown name, `Some(None)` for a score that does not
+/// exist.
 fn measured(name: &str, scores: &Scores) -> Option<Option<f64>> {
     let (plain, band) = match name.split_once("_k") {
         Some((plain, band)) => (plain, band.parse().ok().filter(|band| *band != 0 && BANDS.contains(band))?),

@@ -13,7 +13,7 @@ use umbragraph_scene::{Pose, Scene};
 
 use crate::triangles::{Hit, Surface, Triangle, surface_of, triangles_of};
 
-/// A scene in a pose.
+/// A scene in a pose, with a bounding volume hierarchy for ray queries.
 pub struct Rays<'a> {
     pub(crate) scene: &'a Scene,
     pub(crate) surfaces: Vec<Surface>,
@@ -24,13 +24,13 @@ pub struct Rays<'a> {
 /// The surface that a camera sees along a ray.
 #[derive(Clone, Copy, Debug)]
 pub struct Seen {
-    /// The index of the triangle.
+    /// The index of the triangle, for [`Rays::triangle`].
     pub triangle: u32,
-    /// Its distance along the ray.
+    /// The distance from the ray's origin to the surface, in lengths of the ray's direction.
     pub distance: f64,
     /// The unit normal of the visible side.
     pub normal: DVec3,
-    /// Whether it receives shadows and no blended surface lies before it.
+    /// Whether the surface receives shadows and no blended surface lies in front of it.
     pub counts: bool,
 }
 
@@ -45,22 +45,23 @@ impl<'a> Rays<'a> {
         Self { scene, surfaces, triangles, hierarchy }
     }
 
-    /// The number of triangles.
+    /// The number of triangles in the hierarchy.
     pub fn count(&self) -> usize {
         self.triangles.len()
     }
 
-    /// The size of triangles and boxes in bytes.
+    /// The memory of triangles and hierarchy nodes, in bytes.
     pub fn bytes(&self) -> usize {
         size_of_val(self.triangles.as_slice()) + size_of_val(self.hierarchy.nodes())
     }
 
-    /// A triangle by its index; panics on one that was never given.
+    /// The triangle with an index, such as [`Seen::triangle`]; panics if the index is out of range.
     pub fn triangle(&self, index: u32) -> &Triangle {
         &self.triangles[index as usize]
     }
 
-    /// Finds the nearest opaque or masked surface between two distances along a ray.
+    /// Finds the nearest opaque or masked surface along a ray. `range` holds the least and greatest distance, in
+    /// lengths of the direction.
     pub fn seen(&self, origin: DVec3, direction: DVec3, range: [f64; 2]) -> Option<Seen> {
         let [begin, mut end] = range;
         let mut found: Option<(u32, Hit)> = None;
@@ -88,7 +89,8 @@ impl<'a> Rays<'a> {
         })
     }
 
-    /// Whether a shadow caster lies between two distances along a ray from a triangle.
+    /// Returns `true` if a shadow caster other than the triangle `from` meets a ray between the two distances of
+    /// `range`, in lengths of the direction.
     pub fn is_blocked(&self, from: u32, origin: DVec3, direction: DVec3, range: [f64; 2]) -> bool {
         let mut blocked = false;
         self.each(origin, direction, range[1], &mut |index, triangle, surface, hit| {
@@ -98,7 +100,8 @@ impl<'a> Rays<'a> {
         blocked
     }
 
-    /// The distance of the last shadow caster between two distances: the one that the light meets first.
+    /// The distance of the farthest shadow caster along a ray between the two distances of `range`; `None` without one.
+    /// On a ray towards a light, this caster is the one that the light meets first.
     pub fn first_blocker(&self, from: u32, origin: DVec3, direction: DVec3, range: [f64; 2]) -> Option<f64> {
         let mut farthest = None;
         self.each(origin, direction, range[1], &mut |index, triangle, surface, hit| {
@@ -111,7 +114,8 @@ impl<'a> Rays<'a> {
         farthest
     }
 
-    /// Whether a hit surface casts shadows and lies between two distances.
+    /// Returns `true` if the surface casts shadows and is hit between two distances, outside the holes of its alpha
+    /// mask.
     fn is_blocker(&self, triangle: &Triangle, surface: &Surface, hit: Hit, [begin, end]: [f64; 2]) -> bool {
         let is_between = hit.distance > begin && hit.distance < end;
         surface.casts && is_between && self.is_there(triangle, surface, hit)
@@ -121,8 +125,8 @@ impl<'a> Rays<'a> {
         surface.mask.as_ref().is_none_or(|mask| !mask.is_hole(self.scene, triangle, hit))
     }
 
-    /// Visits the hits of a ray up to a distance, in no order. The visitor returns the distance beyond which hits do
-    /// not count, or `None` to stop.
+    /// Calls `visit` for each hit of a ray up to the distance `end`, in no particular order. The visitor returns the
+    /// distance beyond which later hits are skipped, or `None` to stop.
     fn each(
         &self,
         origin: DVec3,
@@ -153,7 +157,8 @@ impl<'a> Rays<'a> {
     }
 }
 
-/// Whether a ray meets a box before a distance (by slabs; a ray in the plane of a side counts).
+/// Returns `true` if a ray meets a node's box at a distance of at most `end` (slab test). A ray in the plane of a side
+/// counts as a hit.
 fn meets(node: &Node, origin: DVec3, inverse: DVec3, end: f64) -> bool {
     let low = (DVec3::from_array(node.min.map(f64::from)) - origin) * inverse;
     let high = (DVec3::from_array(node.max.map(f64::from)) - origin) * inverse;

@@ -23,10 +23,10 @@ use serde::ser::SerializeMap;
 use crate::changes::Changes;
 use crate::truth::{LightTruth, Truth};
 
-/// The bands for which scores are given.
+/// The bands for which scores are given: 0 holds all pixels, k those farther than k − 1 pixels from a shadow edge.
 pub const BANDS: [u8; 4] = [0, 1, 2, 4];
 
-/// The visible part of a light at which a penumbra begins and ends.
+/// The range of a light's visible part (0 to 1) that counts as penumbra.
 pub(crate) const PENUMBRA: std::ops::Range<f64> = 0.02..0.98;
 
 /// A picture of visibility: 8 bits for red, green, blue and alpha, row 0 on top.
@@ -36,7 +36,7 @@ pub struct Rendered<'p> {
 }
 
 impl<'p> Rendered<'p> {
-    /// A picture; it is as large as the truth that it is compared with.
+    /// Wraps a picture of the same size as the truth, four bytes for each pixel.
     pub fn new(rgba: &'p [u8]) -> Self {
         Self { rgba }
     }
@@ -58,13 +58,13 @@ impl<'p> Rendered<'p> {
         f64::from(self.pixel(at)[0]) / 255.0
     }
 
-    /// Whether it is lit in all that it hits.
+    /// Returns `true` if every pixel that the picture hits (alpha of at least 128) is fully lit (red 255).
     pub fn is_lit_everywhere(self) -> bool {
         self.rgba.chunks_exact(4).all(|pixel| pixel[3] < 128 || pixel[0] == 255)
     }
 }
 
-/// The answer for one pixel: shadowed or lit in the truth and in the image.
+/// The combination of truth and picture at one pixel: each is either shadowed or lit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Answer {
     /// Shadowed in the truth and in the picture.
@@ -73,7 +73,7 @@ pub enum Answer {
     Leaking,
     /// Lit in the truth, shadowed in the picture.
     Acne,
-    /// Lit in both.
+    /// Lit in the truth and in the picture.
     LitInBoth,
 }
 
@@ -88,36 +88,38 @@ impl Answer {
     }
 }
 
-/// The answers for the pixels of one group, counted.
+/// The numbers of pixels with each [`Answer`] in one group of pixels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
-    /// Shadowed in the truth and in the picture.
+    /// The number of pixels that are shadowed in the truth and in the picture.
     pub shadowed_in_both: u64,
-    /// Shadowed in the truth, lit in the picture: light leaks.
+    /// The number of pixels that are shadowed in the truth, but lit in the picture: light leaks.
     pub leaking: u64,
-    /// Lit in the truth, shadowed in the picture: acne.
+    /// The number of pixels that are lit in the truth, but shadowed in the picture: acne.
     pub acne: u64,
-    /// Lit in both.
+    /// The number of pixels that are lit in the truth and in the picture.
     pub lit_in_both: u64,
 }
 
 impl Counts {
-    /// Pixels shadowed in both, of those shadowed in either.
+    /// Intersection over union: the pixels shadowed in truth and picture, divided by those shadowed in at least one.
+    /// `None` if no pixel is shadowed.
     pub fn iou(&self) -> Option<f64> {
         ratio(self.shadowed_in_both, self.shadowed_in_both + self.leaking + self.acne)
     }
 
-    /// Pixels lit wrongly, of those shadowed in the truth.
+    /// The fraction of the pixels shadowed in the truth that the picture shows lit; `None` if the truth has no shadow.
     pub fn leak(&self) -> Option<f64> {
         ratio(self.leaking, self.shadowed_in_both + self.leaking)
     }
 
-    /// Pixels shadowed wrongly, of those lit in the truth.
+    /// The fraction of the pixels lit in the truth that the picture shows shadowed; `None` if the truth has no lit
+    /// pixel.
     pub fn acne(&self) -> Option<f64> {
         ratio(self.acne, self.acne + self.lit_in_both)
     }
 
-    /// The number of pixels.
+    /// The number of pixels of the group: the sum of the four counts.
     pub fn pixels(&self) -> u64 {
         self.shadowed_in_both + self.leaking + self.acne + self.lit_in_both
     }
@@ -152,7 +154,7 @@ impl Serialize for Counts {
     }
 }
 
-/// Sum of the errors of grey against the visible part of a light.
+/// The sum of errors over pixels: grey value of the picture minus visible part of a light, each 0 to 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Errors {
     sum: f64,
@@ -160,7 +162,7 @@ pub struct Errors {
 }
 
 impl Errors {
-    /// The mean; `None` over no pixels.
+    /// The mean error of a pixel; `None` if no pixel was counted.
     pub fn mean(&self) -> Option<f64> {
         (self.pixels > 0).then(|| self.sum / self.pixels as f64)
     }
@@ -182,29 +184,31 @@ impl Serialize for Errors {
     }
 }
 
-/// The scores of a light, or of several together.
+/// The scores of a light, or of several lights together.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Scores {
-    /// Pixels that rays hit.
+    /// The number of pixels at which rays hit a surface.
     pub hit: u64,
-    /// Pixels that rays and the picture hit.
+    /// The number of pixels at which rays and the picture hit a surface.
     pub hit_in_both: u64,
-    /// Pixels that only the picture hits.
+    /// The number of pixels at which the picture hits a surface, but rays do not.
     pub hit_in_picture_only: u64,
-    /// The counts by distance from shadow edges: pixels at least this many pixels away.
+    /// The counts by distance from shadow edges. Key 0 holds all pixels, key k those farther than k − 1 pixels from an
+    /// edge.
     pub bands: BTreeMap<u8, Counts>,
-    /// The counts by distance from the camera: from this power of two of a metre to the next.
+    /// The counts by distance from the camera. The key k holds pixels from 2^k to 2^(k + 1) metres along the view axis.
     pub distances: BTreeMap<i32, Counts>,
-    /// Pixels in a contact shadow, without its edges.
+    /// The counts of pixels in contact shadows, without the pixels at shadow edges.
     pub contact: Counts,
-    /// The errors against lights with an extent.
+    /// The absolute errors of all pixels, for lights with an extent.
     pub mean_error: Errors,
-    /// The errors in penumbrae.
+    /// The absolute errors of pixels in penumbrae, for lights with an extent.
     pub penumbra_error: Errors,
-    /// The signed errors: positive where the picture is too light, negative where it is too dark.
+    /// The signed errors of all pixels, for lights with an extent: positive if the picture is too light, negative if
+    /// too dark.
     pub bias: Errors,
-    /// The changes since the frame before.
+    /// The changes of the shadow term since the frame before.
     pub changes: Changes,
 }
 
@@ -248,7 +252,7 @@ impl Scores {
         scores
     }
 
-    /// Adds the pixels of other scores.
+    /// Adds the counts and errors of other scores to these.
     pub fn add(&mut self, other: &Self) {
         self.hit += other.hit;
         self.hit_in_both += other.hit_in_both;
@@ -262,12 +266,12 @@ impl Scores {
         self.changes.add(&other.changes);
     }
 
-    /// The scores of a band.
+    /// The counts of a band, one of [`BANDS`]; zeros for another number.
     pub fn band(&self, band: u8) -> Counts {
         self.bands.get(&band).copied().unwrap_or_default()
     }
 
-    /// Intersection over union of all pixels.
+    /// Intersection over union of shadowed pixels over all pixels; `None` if no pixel is shadowed.
     pub fn iou(&self) -> Option<f64> {
         self.band(0).iou()
     }

@@ -11,14 +11,14 @@ use umbragraph_scene::texture::{Image, Texture};
 use umbragraph_scene::trace::place;
 use umbragraph_scene::{Draw, Pose, Scene};
 
-/// A triangle in the world.
+/// A triangle in world space.
 #[derive(Clone, Copy, Debug)]
 pub struct Triangle {
-    /// Its corners, counter-clockwise from the front.
+    /// The corners in world metres, counter-clockwise seen from the front.
     pub corners: [DVec3; 3],
-    /// The index of the draw that it belongs to, among [`Scene::draws`].
+    /// The index of the triangle's draw in [`Scene::draws`].
     pub draw: u32,
-    /// Its index among the triangles of that draw.
+    /// The index of the triangle in its draw.
     pub index: u32,
 }
 
@@ -27,18 +27,19 @@ pub struct Triangle {
 pub struct Hit {
     /// The distance along the ray, in lengths of its direction.
     pub distance: f64,
-    /// The barycentric weights of the second and third corner.
+    /// The barycentric weights of the triangle's second and third corner.
     pub weights: DVec2,
 }
 
 impl Triangle {
-    /// The unit normal of its front; zero for a triangle without area.
+    /// The unit normal of the triangle's front; zero for a triangle without area.
     pub fn normal(&self) -> DVec3 {
         let [a, b, c] = self.corners;
         (b - a).cross(c - a).normalize_or_zero()
     }
 
-    /// Intersects the triangle with a ray, from either side (Möller and Trumbore, 1997).
+    /// Intersects the triangle with a ray, from either side (Möller and Trumbore, 1997). The distance of the hit may be
+    /// negative; `None` without a hit.
     pub fn hit(&self, origin: DVec3, direction: DVec3) -> Option<Hit> {
         let [a, b, c] = self.corners;
         let (ab, ac) = (b - a, c - a);
@@ -84,7 +85,7 @@ pub(crate) struct Surface {
     pub(crate) mask: Option<Mask>,
 }
 
-/// An alpha mask: what has less alpha than its cutoff is a hole.
+/// An alpha mask: surface points with less alpha than the cutoff are holes.
 #[derive(Clone, Debug)]
 pub(crate) struct Mask {
     draw: Draw,
@@ -114,15 +115,15 @@ pub(crate) fn surface_of(scene: &Scene, draw: Draw) -> Surface {
 }
 
 impl Mask {
-    /// All that decides where its holes are, besides itself: picture, texture coordinates, and the corners of
-    /// triangles.
+    /// The data that decide the places of holes, besides the mask's own fields: image, texture coordinates and vertex
+    /// indices.
     pub(crate) fn parts<'s>(&self, scene: &'s Scene) -> (Option<&'s Image>, &'s [[f32; 2]], &'s [u32]) {
         let primitive = scene.primitive(self.draw);
         let image = self.texture.and_then(|texture| scene.images.get(texture.image));
         (image, &primitive.texcoords, &primitive.indices)
     }
 
-    /// Whether a point of a triangle of its draw is a hole.
+    /// Returns `true` if the alpha mask has a hole at the hit point of a triangle of its draw.
     pub(crate) fn is_hole(&self, scene: &Scene, triangle: &Triangle, hit: Hit) -> bool {
         let Some(texture) = self.texture else { return self.factor < self.cutoff };
         let primitive = scene.primitive(self.draw);
@@ -135,7 +136,8 @@ impl Mask {
     }
 }
 
-/// The alpha of the base level at a texture coordinate.
+/// The alpha, 0 to 1, of the image's base mip level at the texture coordinate `place`, filtered as the sampler
+/// magnifies.
 fn alpha(image: &Image, texture: &Texture, place: DVec2) -> f64 {
     let size = DVec2::new(f64::from(image.width), f64::from(image.height));
     let sampler = texture.sampler;
@@ -159,7 +161,7 @@ fn alpha(image: &Image, texture: &Texture, place: DVec2) -> f64 {
     }
 }
 
-/// The texel that stands for one of any coordinate.
+/// The index, 0 to `count` − 1, of the texel that the address mode gives for a texel coordinate.
 fn wrapped(at: f64, count: u32, wrap: AddressMode) -> u32 {
     let size = f64::from(count);
     let inside = match wrap {

@@ -21,30 +21,31 @@ use crate::rays::{Rays, Seen};
 /// The minimum cosine between a surface and a light for a pixel to count: renderers treat grazing light differently.
 pub const MIN_COSINE: f64 = 0.05;
 
-/// The maximum distance of the caster of a contact shadow, as a part of the distance from the camera.
+/// The greatest distance between caster and receiver of a contact shadow, as a fraction of the receiver's distance from
+/// the camera.
 pub const CONTACT: f64 = 0.02;
 
-/// The number of samples of a light: in full light or shadow, and in a penumbra.
+/// The numbers of samples of a light with an extent: 16 decide whether a point is in penumbra, where 256 are taken.
 const SAMPLES: [u32; 2] = [16, 256];
 
-/// The number of samples along each side of a pixel.
+/// The number of samples along each side of a pixel to find shadow edges in the pixel.
 const SIDE: u32 = 4;
 
-/// The surfaces that a camera sees.
+/// The surface points that a camera sees, one for each pixel, and the rays to trace the visibility of lights.
 pub struct Truth<'r> {
     pub(crate) rays: &'r Rays<'r>,
     pub(crate) camera: Camera,
-    /// Pixels in a row, and rows.
+    /// The width and height of the image, in pixels.
     pub size: [u32; 2],
     points: Vec<Option<Point>>,
 }
 
-/// The point that a pixel shows.
+/// The surface point that a pixel shows.
 #[derive(Clone, Copy, Debug)]
 pub struct Point {
-    /// Its position in the world.
+    /// The position of the point, in world metres.
     pub position: DVec3,
-    /// Its distance along the axis of the view.
+    /// The distance from the camera along its view axis, in metres.
     pub depth: f64,
     /// The surface that was hit.
     pub seen: Seen,
@@ -52,20 +53,20 @@ pub struct Point {
 
 /// The visibility of a light at each pixel; row 0 on top.
 pub struct LightTruth {
-    /// Whether the light is unoccluded; also true for pixels without a surface.
+    /// Whether the middle of the light is visible; also `true` for pixels without a surface.
     pub lit: Vec<bool>,
-    /// The part of the light that is visible, if it has an extent.
+    /// The fraction of the light that is visible, 0 to 1; `None` for a light without an extent.
     pub visible: Option<Vec<f32>>,
-    /// Whether the pixel counts.
+    /// Whether the pixel counts towards the scores.
     pub evaluated: Vec<bool>,
-    /// The distance to the next shadow edge in pixels, up to 5.
+    /// The distance to the nearest shadow edge, in pixels; 5 for all greater distances.
     pub edge: Vec<f32>,
-    /// Whether the pixel lies in a contact shadow.
+    /// Whether the pixel is shadowed by a very near caster (see [`CONTACT`]), as where objects touch.
     pub contact: Vec<bool>,
 }
 
 impl<'r> Truth<'r> {
-    /// Traces the camera rays of an image of a size.
+    /// Traces a camera ray through the middle of each pixel of an image. `size` is its width and height in pixels.
     pub fn new(rays: &'r Rays<'r>, camera: &Camera, size: [u32; 2]) -> Self {
         let mut truth = Self { rays, camera: *camera, size, points: Vec::new() };
         let middles = |pixel: usize| truth.see(pixel, DVec2::splat(0.5));
@@ -73,7 +74,7 @@ impl<'r> Truth<'r> {
         truth
     }
 
-    /// The point that each pixel shows; row 0 on top.
+    /// The surface point that each pixel shows, row 0 on top; `None` for a pixel without a surface.
     pub fn points(&self) -> &[Option<Point>] {
         &self.points
     }
@@ -82,7 +83,8 @@ impl<'r> Truth<'r> {
         self.size[0] as usize * self.size[1] as usize
     }
 
-    /// Traces the camera ray through a place in a pixel.
+    /// Traces the camera ray through a place in a pixel: `within` runs from 0 to 1, right and down. `None` if no
+    /// surface is hit.
     fn see(&self, pixel: usize, within: DVec2) -> Option<Point> {
         let width = self.size[0] as usize;
         let at = DVec2::new((pixel % width) as f64, (pixel / width) as f64) + within;
@@ -112,7 +114,8 @@ impl<'r> Truth<'r> {
         Some(Point { position: origin + direction * seen.distance, depth: seen.distance, seen })
     }
 
-    /// The distance at which a ray towards a light begins: beyond the rounding error of the point.
+    /// The distance from the point, in metres, at which a ray towards a light begins: greater than the point's rounding
+    /// error.
     fn begin(&self, point: &Point) -> f64 {
         let size = point.position.abs().max_element().max(point.depth.abs());
         size * 1e-9
@@ -123,7 +126,7 @@ impl<'r> Truth<'r> {
         !self.rays.is_blocked(point.seen.triangle, point.position, direction, [self.begin(point), distance])
     }
 
-    /// Traces the visibility of a light; `None` for an invalid light.
+    /// Traces the visibility of a light at each pixel; `None` for a light with invalid values.
     pub fn light(&self, light: &Light) -> Option<LightTruth> {
         let source = Source::of(light)?;
         let pixels = (0..self.pixels()).into_par_iter();
@@ -194,7 +197,7 @@ impl<'r> Truth<'r> {
     }
 }
 
-/// The neighbours of a pixel inside the image.
+/// The indices of the up to eight neighbours of a pixel inside the image.
 fn neighbours(pixel: usize, [width, height]: [u32; 2]) -> impl Iterator<Item = usize> {
     let (width, height) = (i64::from(width), i64::from(height));
     let (x, y) = (pixel as i64 % width, pixel as i64 / width);
@@ -207,7 +210,7 @@ fn neighbours(pixel: usize, [width, height]: [u32; 2]) -> impl Iterator<Item = u
 /// The maximum distance to an edge, in pixels.
 const FARTHEST: i64 = 5;
 
-/// The distance from each pixel to the next one that is set.
+/// The distance from each pixel to the nearest pixel that is set, in pixels and at most 5.
 fn distances(set: &[bool], [width, height]: [u32; 2]) -> Vec<f32> {
     let (width, height) = (i64::from(width), i64::from(height));
     let nearest = |pixel: usize| {

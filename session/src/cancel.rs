@@ -3,11 +3,11 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// A switch that ends the answer under way of a session. Clones are the same switch, for other threads.
+/// A switch that cancels the current answer of a session. Clones share one state, for use on other threads.
 #[derive(Clone, Debug, Default)]
 pub struct Cancel(Arc<AtomicBool>);
 
-/// The answer was cancelled; ask again.
+/// The error of a cancelled answer; request the answer again.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Cancelled;
 
@@ -17,7 +17,7 @@ impl Cancel {
         self.0.store(true, Ordering::Relaxed);
     }
 
-    /// Lets answers be given again.
+    /// Allows answers again.
     pub fn clear(&self) {
         self.0.store(false, Ordering::Relaxed);
     }

@@ -8,20 +8,20 @@ use crate::graph::compiler::PlanOptions;
 use crate::graph::pipeline::{Override, Overrides};
 use crate::graph::shader::TargetProfile;
 
-/// A pipeline: its file, with the extensions that are put into it.
+/// A pipeline to be answered about: the path of its file, and the extensions that are added to it.
 #[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 #[non_exhaustive]
 pub struct Target {
-    /// The file.
+    /// The path of the pipeline file.
     pub path: PathBuf,
-    /// The files of extensions, in the order in which they are put in.
+    /// The paths of extension files, in the order in which they are added.
     pub extensions: Vec<PathBuf>,
     /// A document that is included after the extensions, as its name and text.
     pub included: Option<(String, String)>,
 }
 
 impl Target {
-    /// The pipeline of a file.
+    /// Creates a target for a pipeline file without extensions.
     pub fn new(path: impl Into<PathBuf>) -> Self {
         Self { path: path.into(), ..Self::default() }
     }
@@ -39,22 +39,22 @@ impl Target {
     }
 }
 
-/// One configuration of a pipeline, and what its plan is made for.
+/// One configuration of a pipeline, with the target profile and options of its plan.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Choice {
     /// The target profile.
     pub profile: TargetProfile,
-    /// Values of parameters and features, the last over the first.
+    /// Values of parameters and features; a later value overrides an earlier one.
     pub overrides: Overrides,
     /// The options of the plan.
     pub plan: PlanOptions,
-    /// Resources that the host looks at between frames, as if the pipeline said that they are `exposed`.
+    /// Resources that the host reads between frames, as if the pipeline declared them `exposed`.
     pub exposed: BTreeSet<String>,
 }
 
 impl Choice {
-    /// The values that the pipeline says, for a profile.
+    /// Creates a choice of the pipeline's default values, for a profile.
     pub fn new(profile: TargetProfile, plan: PlanOptions) -> Self {
         Self { profile, overrides: Overrides::default(), plan, exposed: BTreeSet::new() }
     }

@@ -1,6 +1,6 @@
 //! [`Done`]: the work that answers took.
 
-/// Counts of the work that answers took. What was there already counts for nothing.
+/// Counts of the work that answers took. Cached results do not count.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Done {
@@ -20,6 +20,6 @@ pub struct Done {
     pub planned: usize,
     /// Shader variants that were rendered.
     pub rendered: usize,
-    /// Sets of shader variants that were proven.
+    /// Sets of shader variants that were validated.
     pub proven: usize,
 }

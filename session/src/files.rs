@@ -16,13 +16,13 @@ use crate::graph::document::{self, Document, Parsed};
 use crate::graph::source::{FileId, Sources, Span};
 use crate::tokens::{Token, are_alike, moved, tokens};
 
-/// The place where a session's files are: a disk, a program, a page.
+/// The storage that a session reads files from, such as a disk or the memory of a web page.
 pub trait Storage: Send {
-    /// Reads and registers the text at a path. A path that a document names has to lead below `roots`; one that the
-    /// host names comes without, and may be anywhere.
+    /// Reads and registers the text at a path. A path named by a document must lie below `roots`. A path named by the
+    /// host comes with `None` and may lie anywhere.
     ///
     /// # Errors
-    /// A file that is not there, may not be read, or is no text.
+    /// A file that does not exist, may not be read, or is not text.
     fn read(
         &mut self,
         path: &Path,
@@ -30,7 +30,7 @@ pub trait Storage: Send {
         sources: &mut Sources,
     ) -> Result<FileId, Diagnostic>;
 
-    /// Whether a document may read a path.
+    /// Returns `true` if a document may read this path.
     fn may_read(&self, _path: &Path, _roots: &Roots) -> bool {
         true
     }
@@ -40,7 +40,7 @@ pub trait Storage: Send {
         false
     }
 
-    /// The one path that all paths to a file share.
+    /// Returns the canonical path of a file, equal for all paths to the same file.
     fn identity(&self, path: &Path) -> PathBuf {
         normalize(path)
     }

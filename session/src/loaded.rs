@@ -70,7 +70,7 @@ impl Loaded {
         &self.0.templates
     }
 
-    /// The node kinds.
+    /// The registered node kinds.
     pub fn registry(&self) -> &Registry {
         &self.0.registry
     }
@@ -95,12 +95,12 @@ impl Loaded {
         self.0.composition.model()
     }
 
-    /// The templates.
+    /// The set of all templates.
     pub fn templates(&self) -> &Arc<TemplateSet> {
         &self.0.templates.set
     }
 
-    /// The texts that it was made of.
+    /// The texts that the pipeline was loaded from.
     pub fn sources(&self) -> &Sources {
         &self.0.composition.sources
     }

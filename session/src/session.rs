@@ -118,17 +118,17 @@ impl Session {
         self.files.refresh(&mut self.done);
     }
 
-    /// The switch that ends an answer.
+    /// Returns the switch that cancels an answer under way, for use on another thread.
     pub fn cancel(&self) -> Cancel {
         self.cancel.clone()
     }
 
-    /// The counts of work since the last call; they begin again at zero.
+    /// Returns the counts of work since the last call, and resets the counts to zero.
     pub fn take_done(&mut self) -> Done {
         std::mem::take(&mut self.done)
     }
 
-    /// The node kinds.
+    /// The registered node kinds.
     pub fn registry(&self) -> &Registry {
         &self.registry
     }
@@ -157,12 +157,12 @@ impl Session {
         })
     }
 
-    /// Whether an answer read a file.
+    /// Returns `true` if an answer has read this file.
     pub fn has_read(&self, path: &Path) -> bool {
         self.files.has_read(path)
     }
 
-    /// The templates.
+    /// The set of all templates.
     pub fn templates(&mut self) -> Arc<TemplateSet> {
         self.read_templates().set.clone()
     }
@@ -229,7 +229,7 @@ impl Session {
         self.load(target)
     }
 
-    /// The diagnostics of the files of a pipeline and of the templates, placed in the texts as they are.
+    /// Returns the diagnostics of a pipeline's files and of the templates, with places in the current texts.
     ///
     /// # Errors
     /// [`Cancel::set`].

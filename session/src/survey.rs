@@ -22,26 +22,26 @@ pub type Judges<'a> = &'a mut dyn FnMut(&TargetProfile) -> Box<dyn FnMut(&Arc<Pl
 /// Sets of variants whose proofs are kept.
 const KEPT_PROOFS: usize = 16;
 
-/// The settings of a check over the configurations of a pipeline.
+/// The settings of a check of all configurations of a pipeline.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Survey {
-    /// The profiles.
+    /// The target profiles to check.
     pub profiles: Vec<TargetProfile>,
     /// Values that every configuration has.
     pub overrides: Overrides,
     /// The options of the plans.
     pub plan: PlanOptions,
-    /// Whether only the configuration of these values is checked.
+    /// Whether only the configuration of the overrides is checked.
     pub only_one: bool,
-    /// A second algorithm that checks each plan.
+    /// An independent algorithm that verifies each plan; `None` skips this.
     pub verify: Option<Verify>,
-    /// The number of threads that prove shaders.
+    /// The number of threads that validate shaders.
     pub threads: usize,
 }
 
 impl Survey {
-    /// All configurations, with shaders proven by one thread.
+    /// Creates a survey of all configurations, with shaders validated by one thread.
     pub fn new(profiles: Vec<TargetProfile>, plan: PlanOptions) -> Self {
         let overrides = Overrides::default();
         Self { profiles, overrides, plan, only_one: false, verify: None, threads: 1 }
@@ -65,7 +65,7 @@ impl Survey {
         Self { verify, ..self }
     }
 
-    /// Sets the number of threads.
+    /// Sets the number of threads that validate shaders.
     #[must_use]
     pub fn threads(self, threads: usize) -> Self {
         Self { threads, ..self }
@@ -84,7 +84,7 @@ impl Survey {
 pub struct Surveyed {
     /// Variants, violations and remarks; of profiles together.
     pub coverage: Coverage,
-    /// The configurations of the profile that has most.
+    /// The configurations of the profile with the most.
     pub configurations: Configurations,
     /// The names of the profiles.
     pub profiles: Vec<String>,

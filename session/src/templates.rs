@@ -15,7 +15,7 @@ use crate::graph::source::FileId;
 /// name that is; otherwise a name that is given twice is a diagnostic.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Template {
-    /// The name by which templates include one another.
+    /// The name by which other templates include this one.
     pub name: String,
     /// The text.
     pub text: TemplateText,
@@ -28,10 +28,10 @@ pub enum TemplateText {
     File {
         /// The path.
         path: PathBuf,
-        /// The folders below which it has to be.
+        /// The folders below which the file must lie.
         roots: Roots,
     },
-    /// Here.
+    /// A text in memory.
     Text(Arc<str>),
     /// A template of a library. Its bindings give way to those of the others; diagnostics show it below a folder.
     Library {

@@ -18,7 +18,7 @@ use crate::save;
 use crate::values::Values;
 
 impl Viewer {
-    /// Carries an action out. Those that read the frame need the device.
+    /// Executes an action. `state` is needed by actions that read back the frame.
     pub(crate) fn act(&mut self, action: Action, context: &egui::Context, state: Option<&RenderState>) {
         let toggled = |below: &mut Option<Below>, wanted| *below = (*below != Some(wanted)).then_some(wanted);
         match action {
@@ -98,7 +98,7 @@ impl Viewer {
         context.request_repaint();
     }
 
-    /// Writes the clip that is recorded.
+    /// Ends the recording of a clip, if there is one, and writes its file.
     pub(crate) fn end_clip(&mut self) {
         if let Some(clip) = self.clip.take() {
             let path = files::free(&self.arguments.out, "clip", "png");
@@ -115,7 +115,8 @@ impl Viewer {
         }
     }
 
-    /// The pass before or after the selected one.
+    /// Selects the pass `by` positions after the selected one (before it if negative); the first pass if no pass is
+    /// selected.
     fn select_beside(&mut self, by: isize) {
         let Some(report) = &self.report else { return };
         let at = match &self.inspector.selected {
@@ -136,7 +137,7 @@ impl Viewer {
         Picture::read(&state.device, &state.queue, texture)?.write(&path)
     }
 
-    /// The name of the pipeline's file without its end.
+    /// The file name of the pipeline without its extension.
     fn stem(&self) -> String {
         let name = self.arguments.pipeline.to_string_lossy().replace("umbragraph:", "");
         let stem = std::path::Path::new(&name).file_stem().map(|stem| stem.to_string_lossy().into_owned());
@@ -150,7 +151,7 @@ impl Viewer {
         save::into_document(&self.values, &self.arguments.pipeline, pipeline.document(), plan)
     }
 
-    /// Writes the camera and the bookmarks as a camera path.
+    /// Writes the camera and the bookmarks as the keys of a camera path, one second apart.
     fn save_camera(&self, path: &std::path::Path) -> Result<(), String> {
         let view = self.view.as_ref().ok_or("there is no camera yet")?;
         let views = std::iter::once(view).chain(&self.bookmarks);
@@ -158,7 +159,8 @@ impl Viewer {
         replace(path, camera_file(&keys)).map_err(|found| found.message)
     }
 
-    /// Writes the camera of the frame, and names its file; `None` where only the scene itself can say it.
+    /// Writes the camera of the frame to a camera path file, and returns its path. `None` if the camera is that of the
+    /// scene and has roll, which a path cannot store.
     fn camera_of_frame(&self) -> Result<Option<std::path::PathBuf>, String> {
         let view = self.view.as_ref().ok_or("there is no camera yet")?;
         let mut home = self.stage.scene().map(View::home);
@@ -175,7 +177,7 @@ impl Viewer {
         Ok(Some(path))
     }
 
-    /// Copies a command line that draws the frame, and writes the camera path that it names.
+    /// Copies a command line that renders this frame to the clipboard, and writes the camera path file that it uses.
     fn copy_command(&self, context: &egui::Context) -> Result<String, String> {
         let (_, [width, height]) = self.stage.targets.shown().ok_or("there is no frame yet")?;
         let camera = self.camera_of_frame()?;
@@ -206,7 +208,7 @@ impl Viewer {
         Ok(format!("copied: {line}"))
     }
 
-    /// Opens a place in the editor.
+    /// Opens a source location, `file:line`, in the editor.
     pub(crate) fn open(&mut self, place: &str) {
         let said = crate::notices::open_editor(&self.arguments.editor, place);
         self.say(said);
@@ -238,7 +240,7 @@ impl Viewer {
         }
     }
 
-    /// The state, for tests.
+    /// The state of the window as JSON, for the log that tests read.
     pub(crate) fn state(&mut self, context: &egui::Context) -> Map<String, Value> {
         let errors: Vec<String> = self
             .stage
@@ -294,7 +296,7 @@ impl Viewer {
     }
 }
 
-/// The text of a camera path.
+/// The JSON text of a camera path file.
 fn camera_file(keys: &[Key]) -> String {
     format!("{:#}\n", json!({ "keys": keys }))
 }

@@ -2,7 +2,7 @@
 
 use eframe::egui::{self, Key, Modifiers};
 
-/// An action of the window.
+/// An action that a button or a key of the window starts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Action {
     Play,
@@ -35,7 +35,8 @@ pub(crate) enum Action {
 
 const SHIFT_COMMAND: Modifiers = Modifiers { shift: true, ..Modifiers::COMMAND };
 
-/// The keys with their actions; the more modifiers the earlier.
+/// The keyboard shortcuts: modifiers, key, action and description. Shortcuts with more modifiers come first. An empty
+/// description hides a shortcut in the list.
 pub(crate) const KEYS: [(Modifiers, Key, Action, &str); 26] = [
     (SHIFT_COMMAND, Key::S, Action::SaveDocument, "save the values into the pipeline's document"),
     (Modifiers::COMMAND, Key::S, Action::SaveParameters, "save the values as a parameter file"),
@@ -73,7 +74,7 @@ pub(crate) const KEYS: [(Modifiers, Key, Action, &str); 26] = [
 const NUMBERS: [Key; 9] =
     [Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::Num5, Key::Num6, Key::Num7, Key::Num8, Key::Num9];
 
-/// The actions whose keys were pressed; none while somebody writes a text.
+/// The actions whose keys were pressed in this frame; none while a text field has the focus.
 pub(crate) fn pressed(context: &egui::Context) -> Vec<Action> {
     if context.text_edit_focused() {
         return Vec::new();
@@ -90,7 +91,7 @@ pub(crate) fn pressed(context: &egui::Context) -> Vec<Action> {
     })
 }
 
-/// The key of an action, as it is written; empty for one without.
+/// The keyboard shortcut of an action as text, such as `Ctrl+S`; empty if it has none.
 pub(crate) fn key_of(action: Action) -> String {
     let known = KEYS.iter().find(|one| one.2 == action);
     known.map_or_else(String::new, |(modifiers, key, ..)| written(*modifiers, *key))
@@ -106,7 +107,7 @@ fn written(modifiers: Modifiers, key: Key) -> String {
     words + key.symbol_or_name()
 }
 
-/// The list of keys.
+/// Shows the window with the list of keyboard shortcuts.
 pub(crate) fn help(context: &egui::Context, is_open: &mut bool) {
     let window = egui::Window::new("Keys").open(is_open).resizable(false).collapsible(false);
     window.anchor(egui::Align2::CENTER_CENTER, egui::vec2(0.0, 0.0)).show(context, |ui| {

@@ -27,10 +27,10 @@ use crate::stage::{Shot, Stage};
 use crate::timings::Timings;
 use crate::values::Values;
 
-/// The delay between the last change of the frame's area and the resize of the frame.
+/// The delay between the last change of the frame's area and the change of the frame's resolution.
 const SIZE_SETTLES: Duration = Duration::from_millis(150);
 
-/// The panel below the frame.
+/// The panel that is open below the frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Below {
     Graph,
@@ -38,12 +38,12 @@ pub(crate) enum Below {
     Notices,
 }
 
-/// The application.
+/// The application: the state of the window and its panels.
 pub(crate) struct Viewer {
     pub(crate) arguments: Arguments,
     pub(crate) stage: Stage,
     pub(crate) view: Option<View>,
-    /// The path of the camera, until somebody moves it by hand.
+    /// The path that the camera follows; [`CameraPath::Scene`] once the user moves it by hand.
     pub(crate) path: CameraPath,
     pub(crate) bookmarks: Vec<View>,
     pub(crate) values: Values,
@@ -52,7 +52,7 @@ pub(crate) struct Viewer {
     pub(crate) panel: Panel,
     pub(crate) inspector: Inspector,
     pub(crate) timings: Timings,
-    /// The graph of the plan that runs.
+    /// The report of the running plan, shown as the graph; `None` if there is no plan.
     pub(crate) report: Option<Report>,
     pub(crate) search: String,
     pub(crate) below: Option<Below>,
@@ -61,23 +61,25 @@ pub(crate) struct Viewer {
     pub(crate) wants_search: bool,
     pub(crate) places: Places,
     pub(crate) clip: Option<Clip>,
-    /// The message below the frame, and whether it is bad news.
+    /// The message in the status bar, and whether it is an error.
     pub(crate) message: (String, bool),
     pub(crate) adapter: String,
     pub(crate) planning: Option<Planning>,
     pub(crate) planned: Option<Planned>,
-    /// The index of the frame after the last captures.
+    /// The value of `Stage::index` just after the last captures, and these captures.
     pub(crate) captured: (u64, Vec<Capture>),
-    /// The size of the frame's area in pixels, and since when.
+    /// The size of the frame's area in pixels, and the time of its last change.
     area: ([u32; 2], Instant),
     pub(crate) size: Option<[u32; 2]>,
-    /// Whether the broken state of the files has been shown.
+    /// Whether the files had errors in the last frame, so that their diagnostics have been opened once.
     was_broken: bool,
 }
 
 impl Viewer {
+    /// Creates the application.
+    ///
     /// # Errors
-    /// A log that cannot be written, an operating system that watches no files: as text.
+    /// An error message if the state log cannot be written, or files cannot be watched.
     pub(crate) fn new(
         context: &eframe::CreationContext<'_>,
         arguments: Arguments,
@@ -126,7 +128,7 @@ impl Viewer {
         })
     }
 
-    /// Writes a message below the frame.
+    /// Shows a message in the status bar, as an error for `Err`.
     pub(crate) fn say(&mut self, outcome: Result<String, String>) {
         self.message = match outcome {
             Ok(said) => (said, false),
@@ -134,7 +136,7 @@ impl Viewer {
         };
     }
 
-    /// The frame in the middle.
+    /// Updates and shows the frame in the central area of the window.
     fn frame(&mut self, ui: &mut egui::Ui, state: &RenderState) {
         let area = ui.available_rect_before_wrap();
         let response = ui.allocate_rect(area, egui::Sense::click_and_drag());
@@ -175,13 +177,13 @@ impl Viewer {
         }
     }
 
-    /// Whether the frame has not yet the size of its area.
+    /// Returns `true` if the frame does not yet have the size of its area.
     pub(crate) fn is_resizing(&self) -> bool {
         self.area.1.elapsed() < SIZE_SETTLES
             || (self.size.is_some() && self.size != self.stage.targets.shown().map(|(_, size)| size))
     }
 
-    /// The size of the frame, once the area has one.
+    /// Sets the size of the frame from its area, once the area has stopped changing.
     fn fit(&mut self, ui: &egui::Ui, area: egui::Vec2) {
         let pixels = area * ui.ctx().pixels_per_point();
         let area = [pixels.x, pixels.y].map(|side| (side.round() as u32).max(16));
@@ -200,7 +202,7 @@ impl Viewer {
         self.size = Some(area.map(|side| ((side as f32 * scale).round() as u32).max(16)));
     }
 
-    /// Takes in a frame that was drawn: its times, and a picture for the clip.
+    /// Processes a frame that was drawn: records its times, and adds its picture to the clip.
     fn drawn(&mut self, state: &RenderState) {
         if let Some(executor) = self.stage.renderer.executor() {
             self.timings.frame(executor);
@@ -216,7 +218,7 @@ impl Viewer {
         }
     }
 
-    /// Takes in that another plan runs.
+    /// Updates the graph and the timings if a new plan runs, and opens the diagnostics if the files have errors.
     fn notice_plan(&mut self) {
         let is_new = self.stage.take_new_plan();
         if is_new && let Some(plan) = &self.stage.plan {
@@ -233,7 +235,7 @@ impl Viewer {
         self.was_broken = is_broken;
     }
 
-    /// The panel of values.
+    /// Shows the panel of parameters, features and toggles, and its save buttons.
     fn values_panel(&mut self, ui: &mut egui::Ui) {
         let Some(plan) = self.stage.plan.clone() else { return };
         let document = self.stage.pipeline().map(|pipeline| pipeline.document().clone());
@@ -265,7 +267,7 @@ impl Viewer {
         }
     }
 
-    /// The panel below the frame.
+    /// Shows the selected panel below the frame.
     fn below(&mut self, ui: &mut egui::Ui, below: Below) {
         match below {
             Below::Graph => {
@@ -286,7 +288,7 @@ impl Viewer {
         }
     }
 
-    /// The panel beside the frame.
+    /// Shows the inspector beside the frame and carries out its requests.
     fn inspect(&mut self, ui: &mut egui::Ui) {
         let (Some(plan), Some(report)) = (&self.stage.plan, &self.report) else { return };
         match self.inspector.show(ui, plan, report, &self.timings, &mut self.places) {

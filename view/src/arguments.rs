@@ -6,64 +6,64 @@ use clap::Parser;
 use serde_json::Value;
 use umbragraph::low_level::camera_path::CameraArgument;
 
-/// Shows a pipeline on a scene, live: edit its files and see the frame.
+/// Shows the live frame of a pipeline on a scene, and updates it when the files change.
 #[derive(Parser, Clone, Debug)]
 #[command(name = "umbragraph-view", version)]
 pub(crate) struct Arguments {
-    /// The pipeline: a file, or one that comes with the module, such as umbragraph:umbra.json.
+    /// The pipeline: a file, or a bundled pipeline such as umbragraph:umbra.json.
     pub(crate) pipeline: PathBuf,
-    /// The glTF scene.
+    /// The scene: a .glb or .gltf file.
     #[arg(long, value_name = "FILE")]
     pub(crate) scene: PathBuf,
-    /// A folder with templates that replace or join those that come with the module.
+    /// A folder with shader templates that replace or extend the bundled ones.
     #[arg(long, value_name = "FOLDER")]
     pub(crate) templates: Option<PathBuf>,
-    /// A further folder below which the pipeline may name files.
+    /// A further folder whose files the pipeline may reference.
     #[arg(long, value_name = "FOLDER")]
     pub(crate) root: Vec<PathBuf>,
-    /// Gives a parameter a value: JSON, a word of an enumeration, or on or off for a boolean.
+    /// Sets a parameter to a value: JSON, a word of an enumeration, or on or off for a boolean.
     #[arg(long = "set", value_name = "NAME=VALUE", value_parser = setting)]
     pub(crate) set: Vec<(String, Value)>,
-    /// Gives a feature a value. Without a value it is switched on.
+    /// Sets a feature to a value; without a value, the feature is switched on.
     #[arg(long = "feature", value_name = "NAME[=VALUE]", value_parser = feature)]
     pub(crate) feature: Vec<(String, Value)>,
-    /// Switches a toggle; without a value it is switched on.
+    /// Switches a toggle on or off; without a value, it is switched on.
     #[arg(long = "toggle", value_name = "NAME[=on|off]", value_parser = toggle)]
     pub(crate) toggle: Vec<(String, bool)>,
-    /// Takes the values of one of the pipeline's presets.
+    /// Applies the values of one of the pipeline's presets.
     #[arg(long, value_name = "NAME")]
     pub(crate) preset: Option<String>,
-    /// Follows a parameter file, over the values of the preset. Later files win.
+    /// Applies a parameter file on top of the preset, and again when the file changes. Later files take priority.
     #[arg(long, value_name = "FILE")]
     pub(crate) params: Vec<PathBuf>,
-    /// Moves the camera while the animations play, once in 10 s, until somebody moves it by hand; or begins at the
-    /// first key of a camera path, as `umbragraph render --camera FILE` reads it. The other keys are bookmarks.
+    /// Moves the camera along a path, once in 10 s, until it is moved by hand. FILE is a camera path as for `umbragraph
+    /// render --camera FILE`: the view begins at its first key, and all keys become bookmarks.
     #[arg(long, value_name = "orbit|walk|random|FILE", value_parser = CameraArgument::parse)]
     pub(crate) camera: Option<CameraArgument>,
-    /// The texels of the frame per pixel of the window, from 0.1 to 1; without it as many as keep the window
-    /// responsive.
+    /// The texels of the frame per pixel of the window along each side, from 0.1 to 1. By default, the resolution
+    /// adapts to the speed of the device.
     #[arg(long, value_name = "NUMBER", value_parser = scale)]
     pub(crate) scale: Option<f32>,
-    /// The command that opens a place in an editor, such as 'code -g {file}:{line}'.
+    /// The command that opens a source location in an editor, such as 'code -g {file}:{line}'.
     #[arg(long, value_name = "COMMAND", default_value = "code -g {file}:{line}")]
     pub(crate) editor: String,
-    /// The width and height of the window.
+    /// The width and height of the window, in points.
     #[arg(long, value_name = "WxH", default_value = "1440x860", value_parser = size)]
     pub(crate) window: [u32; 2],
-    /// The folder of screenshots, clips, parameter files and camera paths.
+    /// The folder for screenshots, clips, parameter files and camera paths.
     #[arg(long, value_name = "FOLDER", default_value = ".")]
     pub(crate) out: PathBuf,
-    /// Appends the state of the window to a file whenever it changed, as a line of JSON: for tests.
+    /// Writes the state of the window to a file as a line of JSON whenever the state changes, for tests.
     #[arg(long, value_name = "FILE")]
     pub(crate) log_state: Option<PathBuf>,
 }
 
-/// Whether a pipeline comes with the module.
+/// Returns `true` if a path names a bundled pipeline (`umbragraph:…`).
 pub(crate) fn is_bundled(path: &Path) -> bool {
     path.to_string_lossy().starts_with("umbragraph:")
 }
 
-/// A value of the command line: JSON, or else a word.
+/// Parses a value of the command line as JSON, or else as a string.
 pub(crate) fn value(text: &str) -> Value {
     serde_json::from_str(text).unwrap_or_else(|_| Value::from(text))
 }

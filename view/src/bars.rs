@@ -12,7 +12,7 @@ use crate::clock::STEPS;
 use crate::notices;
 
 impl Viewer {
-    /// The bar above the frame.
+    /// Shows the bar above the frame and carries out the actions of its buttons.
     pub(crate) fn bar(&mut self, ui: &mut egui::Ui, state: &RenderState) {
         let mut actions = Vec::new();
         ui.add_space(3.0);
@@ -69,7 +69,7 @@ impl Viewer {
         }
     }
 
-    /// Play, step and the time.
+    /// Shows the controls of the animation: play, step and time.
     fn animation(&mut self, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
         let label = if self.clock.is_playing { "Pause" } else { "Play" };
         self.button(ui, label, "play", Action::Play, self.clock.is_playing, actions);
@@ -91,7 +91,7 @@ impl Viewer {
         }
     }
 
-    /// The list of resolutions.
+    /// Shows the list of frame resolutions.
     fn resolutions(&mut self, ui: &mut egui::Ui) {
         let percent = |scale: f32| format!("{:.0} %", scale * 100.0);
         let now = self.resolution.scale();
@@ -111,7 +111,7 @@ impl Viewer {
         list.response.on_hover_text("Texels of the frame per pixel of the window (− and +)");
     }
 
-    /// The bar below everything.
+    /// Shows the status bar at the bottom of the window.
     pub(crate) fn status(&mut self, ui: &mut egui::Ui) {
         ui.horizontal(|ui| {
             let errors = self.stage.error().map_or(0, |error| error.error_count());
@@ -162,7 +162,7 @@ impl Viewer {
         });
     }
 
-    /// Diagnostics of the files, and notices of the frame.
+    /// Shows the diagnostics of the files and the notices of the frame.
     pub(crate) fn notices(&mut self, ui: &mut egui::Ui) {
         let error = self.stage.error().cloned();
         let mut wish = None;

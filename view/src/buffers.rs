@@ -13,33 +13,34 @@ use umbragraph::work::SlotSource;
 
 use crate::places::Places;
 
-/// The maximum number of fields.
+/// The maximum number of fields that are decoded and shown.
 const MAX_FIELDS: usize = 4096;
 
-/// One way in which a shader declares a buffer.
+/// A memory layout with which a shader declares a buffer.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Layout {
-    /// The type in WGSL, with the first byte if that is not the buffer's.
+    /// The type in WGSL, followed by the byte offset of the binding if it is not 0.
     pub(crate) label: String,
     offset: u32,
     layout: TypeLayout,
 }
 
-/// A field: its name and its value.
+/// A scalar, vector or matrix in a buffer: the path to it, such as `[0].count`, and its value as text.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Field {
     pub(crate) name: String,
     pub(crate) value: String,
 }
 
-/// The bytes of a resource; `None` if it is no buffer.
+/// The size of a buffer in bytes; `None` if the resource is not a buffer or does not exist.
 pub(crate) fn size_of(plan: &Plan, name: &str) -> Option<u64> {
     let resource = plan.resources.get(name)?;
     let is_buffer = matches!(plan.pipeline.resource(resource.handle).kind, pipeline::ResourceKind::Buffer(_));
     is_buffer.then_some(resource.bytes)
 }
 
-/// The ways in which shaders declare a buffer; at least one.
+/// The layouts with which shaders declare a buffer. An array of `u32` if no shader binds it; empty if it does not
+/// exist.
 pub(crate) fn layouts(plan: &Plan, name: &str) -> Vec<Layout> {
     let mut layouts: Vec<Layout> = Vec::new();
     let Some(resource) = plan.resources.get(name) else { return layouts };
@@ -71,14 +72,14 @@ pub(crate) fn layouts(plan: &Plan, name: &str) -> Vec<Layout> {
     layouts
 }
 
-/// The fields of a buffer with some bytes, and whether there are more.
+/// Decodes the bytes of a buffer into fields. The flag is `true` if there are more than [`MAX_FIELDS`].
 pub(crate) fn fields(layout: &Layout, bytes: &[u8]) -> (Vec<Field>, bool) {
     let mut fields = Vec::new();
     let has_more = add(&layout.layout, "", layout.offset as usize, bytes, &mut fields);
     (fields, has_more)
 }
 
-/// Adds the fields of a type at an offset; whether some are left out.
+/// Adds the fields of a type at the byte offset `at`. Returns `true` if some are left out because of [`MAX_FIELDS`].
 fn add(layout: &TypeLayout, path: &str, at: usize, bytes: &[u8], fields: &mut Vec<Field>) -> bool {
     if fields.len() >= MAX_FIELDS {
         return true;
@@ -112,7 +113,7 @@ fn add(layout: &TypeLayout, path: &str, at: usize, bytes: &[u8], fields: &mut Ve
     false
 }
 
-/// A number at a byte, in words; "–" beyond the end.
+/// The number at the byte offset `at` as text; "–" beyond the end of the bytes.
 fn number(bytes: &[u8], at: usize, scalar: &Scalar) -> String {
     let Some(bytes) = bytes.get(at..at + scalar.width as usize) else { return "–".to_owned() };
     let two = || <[u8; 2]>::try_from(bytes).unwrap_or_default();
@@ -130,7 +131,7 @@ fn number(bytes: &[u8], at: usize, scalar: &Scalar) -> String {
     }
 }
 
-/// The fields of a buffer, with those of another version beside them: "before → after" where they differ.
+/// The fields that differ between two versions of a buffer, with values such as "before → after".
 pub(crate) fn compared(after: Vec<Field>, before: &[Field]) -> Vec<Field> {
     let changed = |(after, before): (Field, &Field)| {
         (after.value != before.value)
@@ -139,7 +140,7 @@ pub(crate) fn compared(after: Vec<Field>, before: &[Field]) -> Vec<Field> {
     after.into_iter().zip(before).filter_map(changed).collect()
 }
 
-/// Shows fields as a list, of which only what is in view is laid out.
+/// Shows fields as a list; only visible rows are laid out. `has_more` adds a note that fields are missing.
 pub(crate) fn show(ui: &mut egui::Ui, fields: &[Field], has_more: bool, places: &mut Places) {
     let height = ui.text_style_height(&egui::TextStyle::Monospace);
     if has_more {
@@ -160,7 +161,7 @@ pub(crate) fn show(ui: &mut egui::Ui, fields: &[Field], has_more: bool, places: 
     });
 }
 
-/// The first fields, for tests.
+/// The first 64 fields as JSON, for the log that tests read.
 pub(crate) fn state(fields: &[Field]) -> Value {
     fields.iter().take(64).map(|field| json!([field.name, field.value])).collect()
 }

@@ -3,10 +3,10 @@
 use umbragraph::executor::Texels;
 use umbragraph::wgpu;
 
-/// The bytes of a buffer, once the device has done its work.
+/// Waits for the device and reads back the bytes of a buffer.
 ///
 /// # Errors
-/// A device that is gone, in words.
+/// An error message if the device is lost or the buffer cannot be mapped.
 pub(crate) fn of_buffer(
     device: &wgpu::Device,
     queue: &wgpu::Queue,
@@ -19,12 +19,12 @@ pub(crate) fn of_buffer(
     read(device, &copy)
 }
 
-/// The bytes from one row of a stencil to the next in a buffer.
+/// The distance in bytes between the rows of a stencil copied to a buffer, with the alignment of copies.
 pub(crate) fn stencil_row(width: u32) -> u32 {
     width.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT)
 }
 
-/// A stencil of bytes in rows, as one channel of whole numbers.
+/// Converts stencil bytes in aligned rows to texels with one channel of integers.
 pub(crate) fn stencil(bytes: &[u8], [width, height, layers]: [u32; 3]) -> Texels {
     let rows = bytes.chunks_exact(stencil_row(width) as usize);
     let bytes = rows.flat_map(|row| row.iter().take(width as usize));

@@ -11,35 +11,36 @@ use umbragraph::glam::{DQuat, DVec2, DVec3};
 use umbragraph::low_level::camera_path::Key;
 use umbragraph::scene::Scene;
 
-/// The steepest angle, short of straight up and down.
+/// The maximum tilt up or down, in radians, slightly less than straight up.
 const STEEPEST: f64 = FRAC_PI_2 - 0.01;
 
-/// The movement that a drag means.
+/// The movement of the camera by a drag.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Mode {
-    /// Around a point in front of the camera.
+    /// The camera orbits around a point in front of it.
     Orbit,
-    /// The camera turns where it is; W, A, S, D, Q and E move it.
+    /// The camera turns in place; W, A, S, D, Q and E move it.
     Fly,
 }
 
-/// A camera that is moved.
+/// A camera that the user moves, as a position and two angles.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct View {
     pub(crate) mode: Mode,
     position: DVec3,
     turn: f64,
     tilt: f64,
-    /// The distance to the point that the camera turns around.
+    /// The distance to the orbit point, in metres.
     distance: f64,
-    /// The scene's own rotation until the camera is turned.
+    /// The rotation of the scene's camera, which may have roll; `None` once the user has turned the camera.
     rotation: Option<DQuat>,
-    /// The size of the scene, which speeds follow.
+    /// The radius of the scene in metres, which scales the speed of movements.
     radius: f64,
 }
 
 impl View {
-    /// The camera as a scene has it; it turns around the nearest thing ahead, or around the middle of the scene.
+    /// Starts at the camera of a scene. Its orbit point lies at the nearest box ahead, or at the depth of the scene's
+    /// centre.
     pub(crate) fn new(camera: &Camera, bounds: &Bounds, things: impl Iterator<Item = Bounds>) -> Self {
         let radius = if bounds.is_empty() { 1.0 } else { bounds.radius().max(1e-3) };
         let ahead = camera.rotation * DVec3::NEG_Z;
@@ -58,7 +59,7 @@ impl View {
         }
     }
 
-    /// The camera of a scene.
+    /// The initial camera of a scene: its first camera, or the default one.
     pub(crate) fn home(scene: &Scene) -> Self {
         let pose = scene.pose(0.0);
         let input = scene.frame_input_of(&pose, 1.0, 0.0);
@@ -71,24 +72,24 @@ impl View {
         self.rotation.unwrap_or(turned)
     }
 
-    /// The point that the camera turns around.
+    /// The orbit point, in world space.
     pub(crate) fn target(&self) -> DVec3 {
         self.position + self.rotation() * DVec3::NEG_Z * self.distance
     }
 
-    /// The camera of a frame, with the projection of another.
+    /// The camera with this position and rotation, and the projection of `base`.
     pub(crate) fn camera(&self, base: Camera) -> Camera {
         base.position(self.position).rotation(self.rotation())
     }
 
-    /// Takes over the place of another camera.
+    /// Copies the position and rotation of another camera.
     pub(crate) fn place(&mut self, camera: &Camera) {
         self.position = camera.position;
         [self.turn, self.tilt] = angles(camera.rotation * DVec3::NEG_Z);
         self.rotation = Some(camera.rotation);
     }
 
-    /// Turns by a drag, in radians: around its point, or where it is.
+    /// Turns the camera by angles in radians: around the orbit point, or in place in fly mode.
     pub(crate) fn turn(&mut self, by: DVec2) {
         let target = self.target();
         self.turn = (self.turn - by.x) % std::f64::consts::TAU;
@@ -99,12 +100,12 @@ impl View {
         }
     }
 
-    /// Moves to the side and up, in parts of the height of the window.
+    /// Moves the camera sideways and up. `by` is the drag as a fraction of the frame height.
     pub(crate) fn pan(&mut self, by: DVec2) {
         self.position += self.rotation() * DVec3::new(-by.x, by.y, 0.0) * self.distance;
     }
 
-    /// Goes nearer for positive steps: to its point, or ahead.
+    /// Moves towards the orbit point for positive steps, or forward in fly mode.
     pub(crate) fn zoom(&mut self, steps: f64) {
         match self.mode {
             Mode::Orbit => {
@@ -117,23 +118,23 @@ impl View {
         }
     }
 
-    /// Moves along its own axes, in parts of the scene's radius.
+    /// Moves the camera along its own axes, in units of the scene's radius.
     pub(crate) fn fly(&mut self, by: DVec3) {
         self.position += self.rotation() * by * self.radius;
     }
 
-    /// The place as a key of a camera path.
+    /// The camera as a key of a camera path, with its position and orbit point. `time` is in seconds.
     pub(crate) fn key(&self, time: f64) -> Key {
         Key { time, position: self.position.into(), target: self.target().into() }
     }
 
-    /// The place for people, in tenths of a millimetre.
+    /// The position and orbit point in metres, rounded to 0.1 mm, as JSON.
     pub(crate) fn rounded(&self) -> Value {
         let rounded = |at: DVec3| [at.x, at.y, at.z].map(|one| (one * 1e4).round() / 1e4);
         json!({ "position": rounded(self.position), "target": rounded(self.target()) })
     }
 
-    /// Goes to a key of a camera path.
+    /// Places the camera at a key of a camera path.
     pub(crate) fn go_to(&mut self, key: &Key) {
         self.position = key.position.into();
         let ahead = DVec3::from(key.target) - self.position;
@@ -142,26 +143,27 @@ impl View {
         self.rotation = None;
     }
 
-    /// Goes to a bookmark; a flying camera goes on flying.
+    /// Places the camera at a bookmark, but keeps the current mode.
     pub(crate) fn visit(&mut self, bookmark: &Self) {
         *self = Self { mode: self.mode, ..bookmark.clone() };
     }
 
-    /// Whether a key of a camera path says all of the camera: its up is +Y.
+    /// Returns `true` if the camera has no roll, so that a key of a camera path describes it completely.
     pub(crate) fn is_upright(&self) -> bool {
         let key = self.key(0.0).rotation();
         key.is_some_and(|key| key.angle_between(self.rotation()) < 1e-6)
     }
 }
 
-/// The distance along a ray to the middle of the part of it that lies in a box; nothing of a box around its start.
+/// The distance along a ray to the middle of its part inside a box, in metres. `None` if the ray misses the box or
+/// starts inside it.
 fn hit(bounds: &Bounds, from: DVec3, ahead: DVec3) -> Option<f64> {
     let [a, b] = [bounds.min, bounds.max].map(|corner| (corner - from) / ahead);
     let (near, far) = (a.min(b).max_element(), a.max(b).min_element());
     (near > 0.0 && near <= far).then_some(0.5 * (near + far))
 }
 
-/// The turn around +Y and the tilt of a direction.
+/// The turn around +Y and the tilt of a direction, in radians.
 fn angles(ahead: DVec3) -> [f64; 2] {
     [(-ahead.x).atan2(-ahead.z), ahead.y.atan2(ahead.x.hypot(ahead.z)).clamp(-STEEPEST, STEEPEST)]
 }

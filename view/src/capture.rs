@@ -26,26 +26,26 @@ use crate::stage::{Shot, Stage, error_of};
 use crate::targets::MORE;
 use crate::values::to_json;
 
-/// A plan that captures.
+/// A plan that extends the running one with copies of the captured resources.
 pub(crate) struct Planned {
-    /// The plan that it was made beside.
+    /// The running plan for which the captures were planned.
     pub(crate) of: Arc<Plan>,
     pub(crate) captures: Vec<Capture>,
     pub(crate) plan: Arc<Plan>,
-    /// The imports that the captures are copied to, in their order.
+    /// The names of the imports that receive the captures, in the order of `captures`.
     pub(crate) imports: Vec<String>,
-    /// Whether the stencil is captured instead of the depth.
+    /// Whether the stencil aspect is captured instead of the depth.
     is_stencil: bool,
 }
 
-/// The contents of one capture.
+/// The captured contents of a texture or a buffer.
 pub(crate) enum Captured {
     Texels(Texels),
-    /// The bytes of a buffer.
+    /// The captured bytes of a buffer.
     Bytes(Vec<u8>),
 }
 
-/// A plan that a thread makes.
+/// The planning of captures in progress on another thread.
 pub(crate) struct Planning {
     of: Arc<Plan>,
     captures: Vec<Capture>,
@@ -53,7 +53,7 @@ pub(crate) struct Planning {
     outcome: Receiver<Result<Planned, Error>>,
 }
 
-/// A value of a plan as an option.
+/// Passes a value of a plan as a planning option.
 struct Fixed<'a>(&'a expression::Value);
 
 impl Setting for Fixed<'_> {
@@ -63,7 +63,7 @@ impl Setting for Fixed<'_> {
 }
 
 impl Planning {
-    /// Begins to plan captures of a pipeline that runs.
+    /// Starts a thread that plans captures of the running pipeline.
     pub(crate) fn begin(
         library: &Library,
         pipeline: &Path,
@@ -83,29 +83,29 @@ impl Planning {
         Self { of: of.clone(), captures, is_stencil, outcome }
     }
 
-    /// Whether it is for these captures of a plan.
+    /// Returns `true` if the planning is for these captures of the plan `of`.
     pub(crate) fn is_for(&self, of: &Arc<Plan>, captures: &[Capture], is_stencil: bool) -> bool {
         Arc::ptr_eq(&self.of, of) && self.captures == captures && self.is_stencil == is_stencil
     }
 
-    /// The plan, once it is there.
+    /// The outcome of the planning; `None` while it is in progress, and after it has been taken.
     pub(crate) fn take(&self) -> Option<Result<Planned, Error>> {
         self.outcome.try_recv().ok()
     }
 }
 
 impl Planned {
-    /// Whether it is for these captures of a plan.
+    /// Returns `true` if the planned captures are these captures of the plan `of`.
     pub(crate) fn is_for(&self, of: &Arc<Plan>, captures: &[Capture], is_stencil: bool) -> bool {
         Arc::ptr_eq(&self.of, of) && self.captures == captures && self.is_stencil == is_stencil
     }
 }
 
 impl Stage {
-    /// Records the next frame with captures, and reads them.
+    /// Records the next frame with captures, and reads them back.
     ///
     /// # Errors
-    /// As of a record; textures that cannot be read.
+    /// Errors of recording the frame, and of reading back textures or buffers.
     pub(crate) fn capture(
         &mut self,
         state: &RenderState,
@@ -170,19 +170,20 @@ impl Stage {
     }
 }
 
-/// The name of the resource of a capture.
+/// The name of the captured resource, without the pass after `@`.
 fn resource_of(capture: &Capture) -> &str {
     capture.reference.split('@').next().unwrap_or_default()
 }
 
-/// Width, height and layers of a captured texture.
+/// Width and height in texels, and the number of layers, of the captured mip level. `None` if the resource has no size.
 fn extent(plan: &Plan, capture: &Capture) -> Option<[u32; 3]> {
     let size = plan.resources.get(resource_of(capture))?.size?;
     let side = |side: u32| (side >> capture.mip.min(31)).max(1);
     Some([side(size.width), side(size.height), size.layers])
 }
 
-/// The bytes that a capture takes in a buffer, and the end of its copy; `None` of a texture other than its stencil.
+/// The size of a capture in a buffer in bytes, and the source of its copy in the document. `None` for a texture
+/// captured without `is_stencil`.
 fn buffer_copy(plan: &Plan, capture: &Capture, is_stencil: bool) -> Option<(u64, Value)> {
     if let Some(size) = size_of(plan, resource_of(capture)) {
         return Some((size, json!({ "name": "&captured" })));
@@ -192,7 +193,7 @@ fn buffer_copy(plan: &Plan, capture: &Capture, is_stencil: bool) -> Option<(u64,
     Some((size, json!({ "name": "&captured", "mip": capture.mip, "aspect": "stencil-only" })))
 }
 
-/// The part of a document that copies versions to imported buffers, and the imports.
+/// The part of a document that copies resources to imported buffers, and the names of the imports.
 fn buffer_document(captures: &[Capture], copies: Vec<(u64, Value)>) -> (Value, Vec<String>) {
     let (mut subgraphs, mut passes, mut imports) = (Map::new(), Map::new(), Vec::new());
     for (at, (capture, (size, from))) in captures.iter().zip(copies).enumerate() {

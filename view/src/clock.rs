@@ -2,10 +2,10 @@
 
 use std::time::{Duration, Instant};
 
-/// One step of the time (seconds).
+/// The step of the animation time for one frame, in seconds.
 pub(crate) const STEP: f64 = 1.0 / 30.0;
 
-/// The time of the animations.
+/// The clock of the scene's animations.
 pub(crate) struct Clock {
     pub(crate) time: f64,
     pub(crate) is_playing: bool,
@@ -17,7 +17,8 @@ impl Clock {
         Self { time: 0.0, is_playing: false, last: None }
     }
 
-    /// Goes on by the time that passed, or by a fixed step for a clip; whether the time is another.
+    /// Advances the time by the time that has passed, or by a fixed step for a clip. Returns `true` if the clock is
+    /// playing.
     pub(crate) fn advance(&mut self, fixed: Option<Duration>) -> bool {
         let now = Instant::now();
         let passed = self.last.map_or(Duration::ZERO, |last| now - last);
@@ -30,19 +31,19 @@ impl Clock {
     }
 }
 
-/// The time that a frame may take while somebody moves something, and while nobody does.
+/// The frame time budget in milliseconds while the user changes something. `STILL` is the budget otherwise.
 const MOVING: f64 = 60.0;
 const STILL: f64 = 1500.0;
 
-/// Texels per pixel: chosen, or as many as there is time for.
+/// The resolution of the frame in texels per pixel: chosen by the user, or adapted to the frame time.
 pub(crate) struct Resolution {
     pub(crate) fixed: Option<f32>,
-    /// The time that a frame of every pixel would take (milliseconds).
+    /// The estimated frame time at one texel per pixel, in milliseconds.
     whole: f64,
     moved: Instant,
 }
 
-/// The steps of the resolution.
+/// The selectable resolutions, in texels per pixel along each side.
 pub(crate) const STEPS: [f32; 5] = [1.0, 0.75, 0.5, 0.35, 0.25];
 
 impl Resolution {
@@ -50,28 +51,28 @@ impl Resolution {
         Self { fixed, whole: 500.0, moved: Instant::now() }
     }
 
-    /// Notes that something moves.
+    /// Notes that the user or the animation changes the frame, which selects the shorter frame time budget.
     pub(crate) fn touch(&mut self) {
         self.moved = Instant::now();
     }
 
-    /// Takes in the time of a frame at a scale.
+    /// Updates the estimate with the time of a frame, in milliseconds, at a resolution.
     pub(crate) fn measured(&mut self, milliseconds: f64, scale: f32) {
         let whole = milliseconds / f64::from(scale * scale);
         self.whole += 0.3 * (whole - self.whole);
     }
 
-    /// Whether something moved just now.
+    /// Returns `true` if the frame was changed within the last 400 ms.
     pub(crate) fn is_moving(&self) -> bool {
         self.moved.elapsed() < Duration::from_millis(400)
     }
 
-    /// Texels per pixel of the next frame.
+    /// The resolution of the next frame, in texels per pixel along each side.
     pub(crate) fn scale(&self) -> f32 {
         self.fixed.unwrap_or_else(|| fitting(if self.is_moving() { MOVING } else { STILL }, self.whole))
     }
 
-    /// The next coarser or finer step.
+    /// Selects a resolution `by` steps coarser (finer if negative), and ends the adaptation.
     pub(crate) fn step(&mut self, by: isize) {
         let now = self.scale();
         let at = STEPS.iter().position(|step| *step <= now + 0.01).unwrap_or(STEPS.len() - 1);
@@ -79,7 +80,8 @@ impl Resolution {
     }
 }
 
-/// The finest step of which a frame takes no longer than a time.
+/// The finest resolution whose estimated frame time is at most `allowed`, else the coarsest. Both times are in
+/// milliseconds; `whole` is that at one texel per pixel.
 fn fitting(allowed: f64, whole: f64) -> f32 {
     let fits = |step: &&f32| whole * f64::from(**step * **step) <= allowed;
     STEPS.iter().find(fits).or(STEPS.last()).copied().unwrap_or(1.0)

@@ -14,7 +14,7 @@ use crate::histogram;
 use crate::places::Places;
 use crate::texels::{Channel, channels, difference, shown};
 
-/// The version of a texture that is shown: after the pass, before it, or the difference.
+/// The version of a resource that is shown: after the pass, before it, or their difference.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Side {
     #[default]
@@ -28,43 +28,43 @@ impl Side {
         [(Self::After, "after"), (Self::Before, "before"), (Self::Difference, "difference")];
 }
 
-/// The part of a texture that is looked at.
+/// The selected resource, its version, and the options of its view.
 #[derive(Clone, Debug, Default, PartialEq)]
 struct Look {
     name: String,
-    /// The pass whose result is shown; `None` if no pass writes the texture.
+    /// The pass after which the resource is shown; `None` if no pass writes the resource.
     pass: Option<String>,
-    /// The pass that wrote the texture before it.
+    /// The previous pass that writes the resource; `None` if there is none.
     before: Option<String>,
     side: Side,
     mip: u32,
     layer: Option<u32>,
-    /// Whether the stencil is shown instead of the depth.
+    /// Whether the stencil aspect is shown instead of the depth.
     is_stencil: bool,
-    /// The index of the layout that a buffer is read with, among those of its shaders.
+    /// The index of the layout used to decode a buffer, among the layouts of its shaders.
     layout: usize,
-    /// The values that are drawn black and white; `None` fits them to the contents.
+    /// The values shown as black and as white; `None` fits them to the contents.
     range: Option<[f32; 2]>,
 }
 
-/// The texture under inspection, and its last captures.
+/// The inspected texture or buffer, and its last captures.
 #[derive(Default)]
 pub(crate) struct Contents {
     look: Look,
     captured: Vec<Texels>,
-    /// The bytes of captures of a buffer.
+    /// The bytes of the captures of a buffer: after the pass, then before it.
     bytes: Vec<Vec<u8>>,
-    /// The fields that are shown of them.
+    /// The decoded fields of a buffer that are shown.
     fields: Vec<Field>,
     layout: String,
-    /// The subjects of the captures.
+    /// The captures that `captured` or `bytes` hold.
     of: Vec<Capture>,
     drawn: Option<Drawn>,
     pub(crate) error: Option<String>,
     cursor: Option<([u32; 2], [f32; 4])>,
 }
 
-/// The picture of captures.
+/// The picture made of the captures, with its statistics.
 struct Drawn {
     look: Look,
     texture: TextureHandle,
@@ -75,7 +75,7 @@ struct Drawn {
 }
 
 impl Contents {
-    /// Looks at a texture as a pass leaves it.
+    /// Selects a resource, as it is after `pass`.
     pub(crate) fn look_at(&mut self, name: &str, pass: Option<String>) {
         if self.look.name != name {
             (self.look, self.cursor) = (Look { name: name.to_owned(), ..Look::default() }, None);
@@ -101,7 +101,7 @@ impl Contents {
         }
     }
 
-    /// Takes captures of a frame.
+    /// Stores the captures of a frame and discards the previous ones.
     pub(crate) fn take(&mut self, captures: Vec<Capture>, captured: Vec<Captured>) {
         (self.of, self.drawn, self.error) = (captures, None, None);
         (self.captured, self.bytes, self.fields) = (Vec::new(), Vec::new(), Vec::new());
@@ -114,12 +114,12 @@ impl Contents {
         }
     }
 
-    /// Whether the stencil is captured instead of the depth.
+    /// Returns `true` if the stencil is captured instead of the depth.
     pub(crate) fn is_stencil(&self) -> bool {
         self.look.is_stencil
     }
 
-    /// Shows the fields of a buffer.
+    /// Shows the layout choice and the fields of a buffer.
     fn buffer(&mut self, ui: &mut egui::Ui, plan: &Plan, name: &str, places: &mut Places) {
         let layouts = layouts(plan, name);
         self.look.layout = self.look.layout.min(layouts.len().saturating_sub(1));
@@ -142,7 +142,7 @@ impl Contents {
         crate::buffers::show(ui, &self.fields, has_more, places);
     }
 
-    /// Shows them.
+    /// Shows the contents of a resource; `versions` are the passes that write it.
     pub(crate) fn show(
         &mut self,
         ui: &mut egui::Ui,
@@ -197,7 +197,7 @@ impl Contents {
         });
     }
 
-    /// Version, side, mip level, layer and range.
+    /// Shows the choices of version, side, mip level, layer, stencil and range.
     fn choices(
         &mut self,
         ui: &mut egui::Ui,
@@ -295,7 +295,7 @@ impl Contents {
         });
     }
 
-    /// The state, for tests.
+    /// The shown contents as JSON, for the log that tests read.
     pub(crate) fn state(&self) -> Value {
         if !self.bytes.is_empty() {
             let of = self.of.iter().map(|one| one.reference.clone()).collect::<Vec<_>>();
@@ -319,7 +319,7 @@ impl Contents {
     }
 }
 
-/// The name of a layer: of a cube that of its face.
+/// The name of a texture layer: of the face for a cube.
 fn layer_name(layer: u32, layers: u32, is_cube: bool) -> String {
     const FACES: [&str; 6] = ["+X", "−X", "+Y", "−Y", "+Z", "−Z"];
     match (is_cube, layers > 6) {
@@ -329,7 +329,7 @@ fn layer_name(layer: u32, layers: u32, is_cube: bool) -> String {
     }
 }
 
-/// Why a resource has no picture.
+/// The reason why the contents of a resource cannot be shown; `None` if they can.
 fn cannot(plan: &Plan, name: &str) -> Option<&'static str> {
     let Some(resource) = plan.resources.get(name) else { return Some("No pass that runs uses it.") };
     if size_of(plan, name).is_some() {
@@ -344,7 +344,7 @@ fn cannot(plan: &Plan, name: &str) -> Option<&'static str> {
     is_volume(plan, name).then_some("It is a volume: look at a texture that a pass makes of one slice.")
 }
 
-/// The picture of texels; `None` of one that is too large.
+/// Creates the picture of texels; `None` if it is empty or a side exceeds `limit` texels.
 fn draw(
     context: &egui::Context,
     texels: &Texels,
@@ -368,7 +368,7 @@ fn draw(
     Some(Drawn { look: look.clone(), texture, sheet, ranges, channels, layers: texels.layers })
 }
 
-/// The picture as wide as the panel, and the value under the pointer.
+/// Shows the picture scaled to the panel, and the value of the texel under the pointer.
 fn picture(ui: &mut egui::Ui, drawn: &Drawn, cursor: &mut Option<([u32; 2], [f32; 4])>, places: &mut Places) {
     let Sheet { width, height, channels, values, .. } = &drawn.sheet;
     let scale = (ui.available_width() / *width as f32)

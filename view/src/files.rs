@@ -6,22 +6,23 @@ use std::path::{Path, PathBuf};
 use umbragraph::low_level::compose::read_source;
 use umbragraph::low_level::source::Sources;
 
-/// The text of a regular file, without its byte order mark.
+/// Reads the text of a regular file, without a byte order mark.
 ///
 /// # Errors
-/// A file that cannot be read, is too large or is no UTF-8, in words.
+/// An error message if the file cannot be read, is too large or is not UTF-8.
 pub(crate) fn read(path: &Path) -> Result<String, String> {
     let mut sources = Sources::new();
     let file = read_source(path, &mut sources).map_err(|found| found.message)?;
     Ok(sources.get(file).map(|file| file.text().to_string()).unwrap_or_default())
 }
 
-/// The first name of a row, `base-001.end` and so on, that no file has.
+/// The first of the paths `base-001.end`, `base-002.end` and so on at which no file exists.
 pub(crate) fn free(folder: &Path, base: &str, end: &str) -> PathBuf {
     free_or(folder, base, end, |_| false)
 }
 
-/// The first name of a row that no file has, or whose file has a text already.
+/// The first of the paths `base-001.end` and so on at which no file exists, or whose file already has the contents
+/// `text`.
 pub(crate) fn free_or_same(folder: &Path, base: &str, end: &str, text: &str) -> PathBuf {
     free_or(folder, base, end, |path| read(path).is_ok_and(|present| present == text))
 }

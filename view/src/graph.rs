@@ -20,27 +20,27 @@ const LANE: f32 = 22.0;
 const GUTTER: f32 = 190.0;
 const HEAD: f32 = 8.0;
 
-/// A pass or a resource that is looked at.
+/// The selected pass or resource, by name.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Selected {
     Pass(String),
     Resource(String),
 }
 
-/// The report of a plan; `None` of one that cannot be drawn.
+/// The report of a plan, from which the graph is drawn; `None` if the graph cannot be built.
 pub(crate) fn report(plan: &Plan) -> Option<Report> {
     let graph = build(&plan.pipeline, &mut Diagnostics::new())?;
     Some(Report::new(plan, &graph, &plan.pipeline.sources))
 }
 
-/// A row of bars.
+/// A row of the graph: the bars of resources that share memory.
 struct Lane<'a> {
     label: String,
     detail: String,
     resources: Vec<&'a ResourceReport>,
 }
 
-/// Resources that share memory share a lane; the others have one each.
+/// The rows of the graph for live resources whose name contains `search`. Resources that share memory share a row.
 fn lanes<'a>(report: &'a Report, search: &str) -> Vec<Lane<'a>> {
     let mut lanes: Vec<Lane<'_>> = Vec::new();
     let mut by_place: BTreeMap<&str, usize> = BTreeMap::new();
@@ -66,7 +66,7 @@ fn lanes<'a>(report: &'a Report, search: &str) -> Vec<Lane<'a>> {
     lanes
 }
 
-/// The color of a kind of work.
+/// The colour of a kind of work, such as `draw` or `compute`.
 pub(crate) fn color_of(work: &str) -> Color32 {
     match work {
         "draw" => Color32::from_rgb(109, 157, 240),
@@ -77,7 +77,7 @@ pub(crate) fn color_of(work: &str) -> Color32 {
     }
 }
 
-/// Shows the graph; what was clicked.
+/// Shows the graph. Returns the pass or resource that was clicked.
 pub(crate) fn show(
     ui: &mut egui::Ui,
     report: &Report,

@@ -6,10 +6,10 @@
 use umbragraph::diagnostic::{Diagnostic, Place, codes};
 use umbragraph::wgpu;
 
-/// Runs `work` inside error scopes; `what` names it in the diagnostic.
+/// Runs `work` inside error scopes of the device; `what` names the work in the diagnostic.
 ///
 /// # Errors
-/// The first error of the device meanwhile.
+/// The first error that the device raised during the work.
 pub(crate) fn guarded<T>(
     device: &wgpu::Device,
     what: &str,

@@ -5,7 +5,7 @@ use umbragraph::low_level::sheet::Range;
 
 use crate::texels::{Channel, shown};
 
-/// Ranges and histograms of the channels.
+/// Shows the histogram, the range and the mean of each channel.
 pub(crate) fn show(ui: &mut egui::Ui, channels: &[Channel], ranges: &[Range]) {
     let names = if channels.len() == 1 { ["value", "", "", ""] } else { ["R", "G", "B", "A"] };
     let colors = [

@@ -16,23 +16,23 @@ use crate::places::Places;
 use crate::stage::Shot;
 use crate::timings::Timings;
 
-/// The state of the inspector.
+/// The inspector panel: the selected pass or resource, and captured contents.
 #[derive(Default)]
 pub(crate) struct Inspector {
     pub(crate) selected: Option<Selected>,
     pub(crate) contents: Contents,
 }
 
-/// A request of the panel to the window.
+/// A request of the inspector to the window.
 pub(crate) enum Wish {
     Select(Selected),
-    /// Opens the declaration, `file:line`, in an editor.
+    /// Opens the declaration at `file:line` in an editor.
     Open(String),
     Close,
 }
 
 impl Viewer {
-    /// Captures what the inspector looks at, whenever the frame is another and has settled.
+    /// Captures the inspected resource once for each new frame, when no frame is in progress.
     pub(crate) fn capture(&mut self, state: &RenderState, context: &egui::Context, size: [u32; 2]) {
         let Some(plan) = self.stage.plan.clone() else { return };
         let wanted = self.inspector.wanted(&plan);
@@ -76,7 +76,7 @@ impl Viewer {
 }
 
 impl Inspector {
-    /// Selects a pass or a resource; a texture is captured.
+    /// Selects a pass or a resource; a resource is shown after the last pass that writes it.
     pub(crate) fn select(&mut self, selected: Selected, report: &Report) {
         if let Selected::Resource(name) = &selected {
             let versions = versions(report, name);
@@ -85,13 +85,13 @@ impl Inspector {
         self.selected = Some(selected);
     }
 
-    /// A version of a resource: what a pass left in it.
+    /// Selects a resource as it is after a pass.
     pub(crate) fn select_version(&mut self, name: &str, pass: &str) {
         self.contents.look_at(name, Some(pass.to_owned()));
         self.selected = Some(Selected::Resource(name.to_owned()));
     }
 
-    /// The captures that are wanted.
+    /// The captures needed for the selected resource; empty if there are none.
     pub(crate) fn wanted(&self, plan: &Plan) -> Vec<Capture> {
         match &self.selected {
             Some(Selected::Resource(_)) => self.contents.wanted(plan),
@@ -99,7 +99,7 @@ impl Inspector {
         }
     }
 
-    /// Shows the panel.
+    /// Shows the panel. Returns the user's request, if any.
     pub(crate) fn show(
         &mut self,
         ui: &mut egui::Ui,
@@ -195,7 +195,7 @@ fn missing(ui: &mut egui::Ui, name: &str) {
     ui.label(RichText::new(format!("The plan has no \"{name}\" any more.")).weak());
 }
 
-/// The name, with what opens its declaration.
+/// Shows the name and kind, a link to the declaration, and a button that closes the panel.
 fn title(
     ui: &mut egui::Ui,
     name: &str,
@@ -238,7 +238,7 @@ fn facts(ui: &mut egui::Ui, resource: &ResourceReport) {
     }
 }
 
-/// The passes that write a resource, in their order.
+/// The names of the live passes that write a resource, in their order.
 fn versions(report: &Report, name: &str) -> Vec<String> {
     let writes = |pass: &&PassReport| pass.live && pass.writes.iter().any(|written| written == name);
     report.passes.iter().filter(writes).map(|pass| pass.name.clone()).collect()

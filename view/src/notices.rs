@@ -13,7 +13,7 @@ use umbragraph::low_level::source::Sources;
 
 use crate::places::Places;
 
-/// The color of a severity.
+/// The display colour of a severity.
 pub(crate) fn color_of(severity: Severity) -> Color32 {
     match severity {
         Severity::Error => Color32::from_rgb(240, 120, 110),
@@ -22,15 +22,15 @@ pub(crate) fn color_of(severity: Severity) -> Color32 {
     }
 }
 
-/// A click of somebody on a diagnostic.
+/// A request of the user by a click on a diagnostic.
 pub(crate) enum Wish {
-    /// A place, `file:line`.
+    /// Opens a source location, `file:line`.
     Open(String),
-    /// The mend of a diagnostic.
+    /// Applies the fix of a diagnostic.
     Mend(Diagnostic),
 }
 
-/// A place as `file:line`.
+/// Formats a source location as `file:line`; `None` if there is none.
 pub(crate) fn place_of(place: &Place, sources: &Sources) -> Option<String> {
     match place {
         Place::Span(span) => {
@@ -42,7 +42,7 @@ pub(crate) fn place_of(place: &Place, sources: &Sources) -> Option<String> {
     }
 }
 
-/// Shows a list.
+/// Shows a list of diagnostics. Returns the user's request, if any.
 pub(crate) fn show<'a>(
     ui: &mut egui::Ui,
     diagnostics: impl Iterator<Item = &'a Diagnostic>,
@@ -85,7 +85,7 @@ pub(crate) fn show<'a>(
     wish
 }
 
-/// The line of a place, with the place marked.
+/// Shows the source line of a span, with the span underlined.
 fn line(ui: &mut egui::Ui, sources: &Sources, span: umbragraph::low_level::source::Span) {
     let Some(file) = sources.get(span.file) else { return };
     let text = file.text();
@@ -117,10 +117,10 @@ fn line(ui: &mut egui::Ui, sources: &Sources, span: umbragraph::low_level::sourc
     ui.label(job);
 }
 
-/// Starts the editor at a place. Returns a notice for the user.
+/// Starts the editor at a source location, `file:line`. Returns a notice for the user.
 ///
 /// # Errors
-/// A command that cannot be started, in words.
+/// An error message if the command cannot be started.
 pub(crate) fn open_editor(command: &str, place: &str) -> Result<String, String> {
     let (file, line) = place.rsplit_once(':').unwrap_or((place, "1"));
     let words = command.split_whitespace().map(|word| word.replace("{file}", file).replace("{line}", line));
@@ -137,7 +137,7 @@ pub(crate) fn open_editor(command: &str, place: &str) -> Result<String, String> 
 /// Applies the fix of a diagnostic to its files. Returns a notice for the user.
 ///
 /// # Errors
-/// Files that were changed meanwhile or cannot be written, in words.
+/// An error message if a file has changed since the diagnostic or cannot be written.
 pub(crate) fn mend(diagnostic: &Diagnostic, sources: &Sources) -> Result<String, String> {
     let is_writable = |name: &str| Path::new(name).is_file();
     let mends = edit::mend([diagnostic], sources, is_writable);

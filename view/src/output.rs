@@ -7,13 +7,13 @@ use umbragraph::executor::read_bytes;
 use umbragraph::low_level::files::replace;
 use umbragraph::wgpu;
 
-/// The time between two frames of a clip.
+/// The time between two frames of a clip, 50 ms.
 pub(crate) const STEP: Duration = Duration::from_millis(50);
 
-/// The most frames of a clip.
+/// The maximum number of frames of a clip.
 pub(crate) const MOST: usize = 200;
 
-/// A picture of bytes: red, green, blue, alpha.
+/// A picture with four bytes for each texel: red, green, blue, alpha.
 #[derive(Clone)]
 pub(crate) struct Picture {
     size: [u32; 2],
@@ -21,10 +21,10 @@ pub(crate) struct Picture {
 }
 
 impl Picture {
-    /// Reads a texture of four bytes a texel once it is drawn.
+    /// Reads back a texture with four bytes per texel, after the device has drawn it.
     ///
     /// # Errors
-    /// A device that cannot copy it, in words.
+    /// An error message if the device cannot copy the texture.
     pub(crate) fn read(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
@@ -34,24 +34,25 @@ impl Picture {
         Ok(Self { size: [texture.width(), texture.height()], bytes })
     }
 
-    /// Writes a PNG.
+    /// Writes the picture as a PNG file. Returns a notice for the user.
     ///
     /// # Errors
-    /// A file that cannot be written, in words.
+    /// An error message if the file cannot be written.
     pub(crate) fn write(&self, path: &Path) -> Result<String, String> {
         write(path, std::slice::from_ref(self), &[])
     }
 }
 
-/// A clip that is recorded: pictures, each with its moment.
+/// A clip that is being recorded: pictures, each with its time.
 ///
-/// While the animations play, the moments are theirs, one step apart, however long a frame takes. While they do not,
-/// what moves is the camera or a value, and the moments are those at which the frames were drawn.
+/// While the animations play, these times are animation times, one step apart, however long a frame takes to draw.
+/// While they are paused, these times are the moments at which the frames were drawn.
 pub(crate) struct Clip {
     frames: Vec<Picture>,
-    /// The moments of the frames (seconds).
+    /// The times of the frames, in seconds from the first one.
     moments: Vec<f64>,
-    /// The time of the animations in the last frame, and when it was drawn.
+    /// The animation time of the last frame in seconds, and the moment when it was drawn; `None` before the first
+    /// frame.
     last: Option<(f64, Instant)>,
 }
 
@@ -64,17 +65,18 @@ impl Clip {
         self.frames.len()
     }
 
-    /// Whether no frame more is taken.
+    /// Returns `true` if the clip has the maximum number of frames.
     pub(crate) fn is_full(&self) -> bool {
         self.len() >= MOST
     }
 
-    /// The step of the animations from a time on: none until there is a frame of that time.
+    /// The step of the animation time after `time` (seconds): zero until a frame of that time has been added.
     pub(crate) fn step_after(&self, time: f64) -> Duration {
         if self.last.is_some_and(|(last, _)| last == time) { STEP } else { Duration::ZERO }
     }
 
-    /// Takes in a frame that shows a time of the animations. A second frame of one moment replaces the first.
+    /// Adds a frame with its animation time in seconds. A second frame of the same moment replaces the first. Frames of
+    /// another size are ignored.
     pub(crate) fn push(&mut self, picture: Picture, time: f64, is_playing: bool) {
         if self.is_full() || self.frames.first().is_some_and(|first| first.size != picture.size) {
             return;
@@ -95,7 +97,7 @@ impl Clip {
         self.last = Some((time, Instant::now()));
     }
 
-    /// The times for which the frames are shown, in milliseconds; the last for one step.
+    /// The display time of each frame, in milliseconds; one step for the last frame.
     fn delays(&self) -> Vec<u16> {
         let end = self.moments.last().map(|last| last + STEP.as_secs_f64());
         let ends = self.moments.iter().copied().skip(1).chain(end);
@@ -106,10 +108,10 @@ impl Clip {
         self.moments.iter().zip(ends).map(delay).collect()
     }
 
-    /// Writes an APNG.
+    /// Writes the clip as an APNG file. Returns a notice for the user.
     ///
     /// # Errors
-    /// No frame, a file that cannot be written, in words.
+    /// An error message if the clip has no frame or the file cannot be written.
     pub(crate) fn write(&self, path: &Path) -> Result<String, String> {
         if self.frames.is_empty() {
             return Err("the clip has no frame: nothing was drawn meanwhile".to_owned());
@@ -118,7 +120,7 @@ impl Clip {
     }
 }
 
-/// Writes pictures of one size: one as a PNG, several as an APNG with their delays in milliseconds.
+/// Writes pictures of the same size: one as a PNG, several as an APNG with their delays in milliseconds.
 fn write(path: &Path, frames: &[Picture], delays: &[u16]) -> Result<String, String> {
     let [width, height] = frames.first().map_or([0; 2], |first| first.size);
     let mut file = Vec::new();
@@ -148,7 +150,7 @@ fn write(path: &Path, frames: &[Picture], delays: &[u16]) -> Result<String, Stri
     Ok(format!("{}: {what}", path.display()))
 }
 
-/// A word of a command line, in quotes where a shell would take it apart.
+/// Quotes a word of a command line if a shell would split or expand it.
 fn quoted(word: &str) -> String {
     let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_=./:,+@%".contains(c);
     if !word.is_empty() && word.chars().all(is_plain) {
@@ -157,7 +159,7 @@ fn quoted(word: &str) -> String {
     format!("'{}'", word.replace('\'', "'\\''"))
 }
 
-/// A command line.
+/// Joins words into a command line, with quotes for a POSIX shell where needed.
 pub(crate) fn command_line(words: impl IntoIterator<Item = String>) -> String {
     words.into_iter().map(|word| quoted(&word)).collect::<Vec<_>>().join(" ")
 }

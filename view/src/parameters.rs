@@ -13,20 +13,20 @@ use umbragraph::low_level::language::{ParameterDeclaration, ParameterType};
 use crate::places::Places;
 use crate::values::{Values, number_of, to_json};
 
-/// The color of marks of values that were given.
+/// The colour that marks values changed in the window.
 const GIVEN: Color32 = Color32::from_rgb(255, 190, 92);
 const LIVE: Color32 = Color32::from_rgb(126, 200, 140);
 const PLAN: Color32 = Color32::from_rgb(150, 160, 190);
 
-/// The state of the panel.
+/// The state of the panel of values.
 #[derive(Default)]
 pub(crate) struct Panel {
     pub(crate) search: String,
-    /// Whether only values that were given are shown.
+    /// Whether only values changed in the window are shown.
     pub(crate) only_given: bool,
 }
 
-/// A row of the panel.
+/// A row of the panel: one parameter, feature or toggle.
 struct Row<'a> {
     name: &'a str,
     description: String,
@@ -35,7 +35,8 @@ struct Row<'a> {
 }
 
 impl Panel {
-    /// Shows the panel of a plan, and takes what is changed.
+    /// Shows the panel for a plan, and stores the user's changes in `values`. `is_searched` moves the focus to the
+    /// search field.
     pub(crate) fn show(
         &mut self,
         ui: &mut egui::Ui,
@@ -156,7 +157,7 @@ fn section(ui: &mut egui::Ui, name: &str, rows: usize) {
     }
 }
 
-/// The list of presets.
+/// Shows the list of presets, if the document has any.
 fn preset(ui: &mut egui::Ui, document: Option<&Document>, values: &mut Values, places: &mut Places) {
     let presets = document.map(|document| document.root.entries_of("presets")).unwrap_or_default();
     if presets.is_empty() {
@@ -182,7 +183,7 @@ fn preset(ui: &mut egui::Ui, document: Option<&Document>, values: &mut Values, p
     });
 }
 
-/// A row: name, control, mark. Whether the value is to be reset.
+/// Shows a row: name, cost, control, and a reset button for a changed value. Returns `true` if the button was clicked.
 fn head(
     ui: &mut egui::Ui,
     row: &Row<'_>,
@@ -218,7 +219,7 @@ fn head(
     is_reset
 }
 
-/// Description, range and unit of a parameter.
+/// The description, range and unit of a parameter, as text for a tooltip.
 fn described(declaration: &ParameterDeclaration) -> String {
     let mut text = declaration.description.clone().unwrap_or_default();
     let range = [declaration.min, declaration.max].map(|end| end.map(|end| number_of(end).to_string()));
@@ -231,7 +232,7 @@ fn described(declaration: &ParameterDeclaration) -> String {
     text.trim().to_owned()
 }
 
-/// The control of a parameter.
+/// Shows the control for a parameter and updates `value`; `None` if its type has no control.
 fn control(
     ui: &mut egui::Ui,
     name: &str,
@@ -315,14 +316,14 @@ fn words(ui: &mut egui::Ui, name: &str, word: &mut String, all: &[String]) -> eg
     shown.response
 }
 
-/// Three numbers that are a color, by their name or description.
+/// Returns `true` if three numbers are a colour, judged by the name or description of their parameter.
 fn is_color(name: &str, declaration: &ParameterDeclaration, numbers: &[f64]) -> bool {
     let about = format!("{name} {}", declaration.description.as_deref().unwrap_or_default()).to_lowercase();
     let words = ["color", "colour", "radiance", "tint", "albedo"];
     numbers.len() == 3 && words.iter().any(|word| about.contains(word))
 }
 
-/// A button with the color; brighter than white keeps its brightness.
+/// Shows a button that edits a colour. A colour brighter than 1 keeps its brightness.
 fn color(ui: &mut egui::Ui, numbers: &mut [f64]) {
     let brightest = numbers.iter().fold(1.0, |max: f64, one| max.max(*one));
     let Ok(mut rgb) =
@@ -335,13 +336,13 @@ fn color(ui: &mut egui::Ui, numbers: &mut [f64]) {
     }
 }
 
-/// The parameters that run, for tests.
+/// The parameter values of the running plan as JSON, for the log that tests read.
 pub(crate) fn state(plan: &Plan) -> Value {
     let values = plan.pipeline.parameters.iter().map(|(name, one)| (name.clone(), to_json(&one.value)));
     json!(values.collect::<serde_json::Map<_, _>>())
 }
 
-/// The features that run, for tests.
+/// The feature values of the running plan as JSON, for the log that tests read.
 pub(crate) fn features(plan: &Plan) -> Value {
     let values = plan.pipeline.features.iter().map(|(name, one)| (name.clone(), to_json(&one.value)));
     json!(values.collect::<serde_json::Map<_, _>>())

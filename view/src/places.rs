@@ -11,7 +11,7 @@ use std::path::Path;
 use eframe::egui::{Rect, Response};
 use serde_json::{Map, Value, json};
 
-/// The places of controls in the window, in points, and the file that they go to.
+/// The positions of controls in the window, in points, and the log file for them.
 pub(crate) struct Places {
     file: Option<File>,
     rects: BTreeMap<String, Rect>,
@@ -19,19 +19,21 @@ pub(crate) struct Places {
 }
 
 impl Places {
+    /// Creates the log file, if a path is given.
+    ///
     /// # Errors
-    /// A file that cannot be made.
+    /// The file cannot be created.
     pub(crate) fn new(path: Option<&Path>) -> std::io::Result<Self> {
         let file = path.map(File::create).transpose()?;
         Ok(Self { file, rects: BTreeMap::new(), last: String::new() })
     }
 
-    /// Whether anybody reads.
+    /// Returns `true` if the log is written.
     pub(crate) fn is_on(&self) -> bool {
         self.file.is_some()
     }
 
-    /// Notes the place of a control of this frame.
+    /// Stores the visible rectangle of a control in this frame, if the log is written.
     pub(crate) fn note(&mut self, name: &str, response: &Response) {
         if self.is_on() {
             // A control that is scrolled out of view cannot be clicked.
@@ -42,7 +44,7 @@ impl Places {
         }
     }
 
-    /// Writes the state, if it is another than before, and begins the next frame.
+    /// Writes the state with the control rectangles, if it has changed since the last line, and clears the rectangles.
     pub(crate) fn write(&mut self, mut state: Map<String, Value>) {
         let Some(file) = &mut self.file else { return };
         let rects = std::mem::take(&mut self.rects);

@@ -12,10 +12,10 @@ use umbragraph::low_level::source::Sources;
 use crate::files;
 use crate::values::{Values, to_json};
 
-/// Writes a parameter file; what is to be said of it.
+/// Writes the values as a parameter file. Returns a notice for the user.
 ///
 /// # Errors
-/// A file that cannot be written, in words.
+/// An error message if the file cannot be written.
 pub(crate) fn parameter_file(values: &Values, path: &Path) -> Result<String, String> {
     let text = values.file();
     let mut sources = Sources::new();
@@ -26,10 +26,10 @@ pub(crate) fn parameter_file(values: &Values, path: &Path) -> Result<String, Str
     Ok(format!("saved {}", path.display()))
 }
 
-/// Writes the values into a pipeline as defaults; its comments and its layout stay. What is to be said of it.
+/// Writes the values into a pipeline file as defaults; comments and layout are kept. Returns a notice for the user.
 ///
 /// # Errors
-/// A pipeline that comes with the module, one that is broken or was changed meanwhile, in words.
+/// An error message if the pipeline is bundled, broken, or has changed since it was read.
 pub(crate) fn into_document(
     values: &Values,
     path: &Path,
@@ -48,10 +48,10 @@ pub(crate) fn into_document(
     Ok(format!("saved into {}", path.display()))
 }
 
-/// Parameters and features that become defaults.
+/// The parameters and the features to be saved as defaults.
 type Sections = [(&'static str, Vec<(String, Value)>); 2];
 
-/// The values that were given, and those of the preset below them.
+/// The values changed in the window and, where unchanged, those of the selected preset.
 fn all(values: &Values, composed: &Document, plan: &Plan) -> Sections {
     let presets = composed.root.entries_of("presets");
     let preset = presets.iter().find(|entry| Some(&entry.key) == values.preset.as_ref());
@@ -72,7 +72,7 @@ fn all(values: &Values, composed: &Document, plan: &Plan) -> Sections {
     [section("parameters", &values.parameters), section("features", &values.features)]
 }
 
-/// The text of a document with other defaults.
+/// Returns the text of a document with its defaults replaced.
 fn with_defaults(text: &str, sections: &Sections) -> Result<String, String> {
     let mut text = text.to_owned();
     for (section, values) in sections {

@@ -23,60 +23,60 @@ use crate::guard::guarded;
 use crate::targets::Targets;
 use crate::values::Values;
 
-/// The frames after a change until histories have settled.
+/// The number of frames drawn after a change, until history resources have settled.
 const SETTLE: u32 = 8;
 
-/// The most times that a frame is planned again, until CPU passes have the sizes that they want.
+/// The maximum number of replans until CPU passes have the data sizes that they request.
 const ROUNDS: usize = 8;
 
-/// A scene on the device.
+/// A loaded scene, its pose, and its resources on the device.
 pub(crate) struct Shown {
     scene: Scene,
     pose: Pose,
     pub(crate) meshes: SceneResources,
 }
 
-/// The live frame.
+/// The live frame: files, renderer, targets, and the state of drawing.
 pub(crate) struct Stage {
     pub(crate) library: Library,
     watcher: Watcher,
-    /// Set by the watcher when it has something that no frame has shown.
+    /// Set by the watcher when it has loaded changes; cleared when the next frame is drawn.
     news: Arc<AtomicBool>,
     pub(crate) renderer: Renderer,
     pub(crate) shown: Option<Shown>,
     pub(crate) targets: Targets,
-    /// The plan that the targets are for, and that live values were set for.
+    /// The running plan, for which targets and live values were set; `None` before the first plan.
     pub(crate) plan: Option<Arc<Plan>>,
     has_new_plan: bool,
-    /// The number of plans that have run.
+    /// The number of plans that have run so far.
     pub(crate) plans: u64,
-    /// The values of the last frame.
+    /// The values from the last call of [`Stage::update`].
     pub(crate) values: Values,
-    /// Sizes that CPU passes want, and how often they wanted others.
+    /// The data sizes that CPU passes request; `rounds` counts how often they requested other ones.
     sizes: Option<BTreeMap<String, u32>>,
     rounds: usize,
-    /// Whether the device measures its own times.
+    /// Whether the device can measure the GPU times of passes.
     pub(crate) has_gpu_times: bool,
-    /// Why the last frame was not recorded.
+    /// The reason why the last frame was not recorded; `None` if it was.
     failed: Option<Error>,
-    /// The reason why the device rejected the scene.
+    /// The reason why the device rejected the scene; `None` if it did not.
     no_scene: Option<Error>,
-    /// The reason why a live value could not be set.
+    /// The reason why a live value could not be set; `None` if all were set.
     unset: Option<Error>,
-    /// The reason why the plan has no picture to show.
+    /// The reason why the plan has no picture to show; `None` if it has one.
     no_picture: Option<Error>,
-    /// Frames that are still to be drawn.
+    /// The number of frames that are still to be drawn.
     pending: u32,
     pub(crate) index: u64,
-    /// Frames submitted, and those that the device has drawn.
+    /// The number of submitted frames that the device has finished; `submitted` is the number of all.
     done: Arc<AtomicU64>,
     submitted: u64,
     began: Instant,
-    /// The time of the last frame on the device, in microseconds.
+    /// The time from recording to completion of the last frame, in microseconds; 0 once it has been taken.
     took: Arc<AtomicU64>,
 }
 
-/// The inputs of a frame.
+/// The inputs of a frame: size in texels, values, camera and animation time in seconds.
 pub(crate) struct Shot<'a> {
     pub(crate) size: [u32; 2],
     pub(crate) values: &'a Values,
@@ -128,21 +128,21 @@ impl Stage {
         })
     }
 
-    /// The reason why the frame is not that of the files.
+    /// The reason why the frame does not show the current files; `None` if it does.
     pub(crate) fn error(&self) -> Option<&Error> {
         let own = [&self.no_scene, &self.unset, &self.no_picture, &self.failed];
         self.watcher.error().or_else(|| own.into_iter().flatten().next())
     }
 
-    /// The pipeline that runs.
+    /// The pipeline that is drawn; `None` before the first one.
     pub(crate) fn pipeline(&self) -> Option<&umbragraph::Pipeline> {
         self.watcher.pipeline()
     }
 
-    /// Another pipeline or scene from here on; the frame before stays until there is one of theirs.
+    /// Opens another pipeline or scene. The old frame stays until a frame of the new files is drawn.
     ///
     /// # Errors
-    /// As of [`Watcher::new`].
+    /// The errors of [`Watcher::new`].
     pub(crate) fn open(&mut self, arguments: &Arguments, context: &egui::Context) -> Result<(), Error> {
         self.watcher = watch(&self.library, arguments, &self.news, context)?;
         (self.failed, self.no_scene, self.unset, self.no_picture) = (None, None, None, None);
@@ -154,13 +154,13 @@ impl Stage {
         self.shown.as_ref().map(|shown| &shown.scene)
     }
 
-    /// Draws at least one frame more.
+    /// Requests at least one more frame, several if the plan has history resources.
     pub(crate) fn touch(&mut self) {
         let settles = self.plan.as_ref().is_some_and(|plan| !plan.histories.is_empty());
         self.pending = self.pending.max(if settles { SETTLE } else { 1 });
     }
 
-    /// Whether frames are still to be drawn.
+    /// Returns `true` if frames are still to be drawn or in progress on the device.
     pub(crate) fn is_busy(&self) -> bool {
         self.shown.is_some() && (self.pending > 0 || self.is_in_flight())
     }
@@ -169,34 +169,34 @@ impl Stage {
         self.done.load(Ordering::Acquire) < self.submitted
     }
 
-    /// The time of the last frame from its record until the device had drawn it, in milliseconds; once.
+    /// Takes the time from recording to completion of the last frame, in milliseconds. `None` if it was already taken.
     pub(crate) fn take_frame_time(&self) -> Option<f64> {
         let took = self.took.swap(0, Ordering::Relaxed);
         (took > 0).then_some(took as f64 / 1e3)
     }
 
-    /// Texels per pixel of the picture in an area.
+    /// The texels of the picture per pixel of an area, given in pixels, along its width.
     pub(crate) fn scale_of(&self, area: [u32; 2]) -> f32 {
         self.targets.shown().map_or(1.0, |(_, size)| size[0] as f32 / area[0].max(1) as f32)
     }
 
-    /// Whether another plan runs than at the last call.
+    /// Returns `true` if the plan has changed since the last call.
     pub(crate) fn take_new_plan(&mut self) -> bool {
         std::mem::take(&mut self.has_new_plan)
     }
 
-    /// Reads all files again.
+    /// Reloads all files and requests a frame.
     pub(crate) fn refresh(&mut self) {
         self.watcher.refresh();
         self.touch();
     }
 
-    /// Notices of the last frame, such as of lights that find no room in an atlas.
+    /// The notices of the last frame, such as a light for which a shadow atlas has no room.
     pub(crate) fn notices(&mut self) -> Vec<Diagnostic> {
         self.renderer.executor().map(|executor| executor.notices().cloned().collect()).unwrap_or_default()
     }
 
-    /// Draws a frame, if something is to be drawn and the device has drawn the last; whether it was.
+    /// Draws a frame if one is requested and the device has finished the last one. Returns `true` if a frame was drawn.
     pub(crate) fn update(&mut self, state: &RenderState, shot: Shot<'_>, context: &egui::Context) -> bool {
         if let Some(scene) = self.watcher.take_scene() {
             self.take_scene(state, scene, shot.view);
@@ -265,7 +265,8 @@ impl Stage {
         self.touch();
     }
 
-    /// Camera, lights and bounds of a frame; meshes are placed.
+    /// The camera, lights and bounds of a frame; also updates the meshes to its pose. `None` before the scene is
+    /// loaded.
     pub(crate) fn input(&mut self, state: &RenderState, shot: &Shot<'_>) -> Option<FrameInput> {
         let Shown { scene, pose, meshes } = self.shown.as_mut()?;
         scene.pose_into(shot.time, pose);
@@ -276,7 +277,7 @@ impl Stage {
         Some(input.camera(camera).index(self.index))
     }
 
-    /// Records and submits a frame; whether there was a plan to record.
+    /// Records and submits a frame. Returns `true` if a frame was drawn.
     fn record(&mut self, state: &RenderState, input: &FrameInput, size: [u32; 2]) -> Result<bool, Error> {
         guarded(&state.device, "the frame", || self.record_frame(state, input, size)).map_err(error_of)?
     }
@@ -311,7 +312,7 @@ impl Stage {
         Ok(drawn)
     }
 
-    /// Takes in that another plan runs: live values, targets, times. Whether one does.
+    /// Adopts the executor's plan if it has changed: live values, targets and timings. Returns `true` if it has.
     fn notice_plan(&mut self, state: &RenderState, size: [u32; 2]) -> bool {
         let Some(executor) = self.renderer.executor() else { return false };
         let plan = executor.plan().clone();
@@ -335,7 +336,7 @@ impl Stage {
         true
     }
 
-    /// Makes the textures of a plan; the reason is kept where one has no picture.
+    /// Creates the textures that a plan imports, and keeps the reason if it has no picture.
     fn fit(&mut self, state: &RenderState, plan: &Plan, size: [u32; 2]) {
         let fitted = self.targets.fit(state, plan, size);
         self.no_picture = fitted.err().map(|found| Error::new(found.into(), &plan.pipeline.sources));
@@ -348,7 +349,7 @@ impl Stage {
     }
 }
 
-/// A watcher of what the arguments name.
+/// Creates a watcher for the pipeline, parameter files and scene of the arguments.
 fn watch(
     library: &Library,
     arguments: &Arguments,
@@ -366,7 +367,7 @@ fn watch(
         }))
 }
 
-/// A diagnostic without a place in a file.
+/// Converts a diagnostic without a source location to an error.
 pub(crate) fn error_of(found: Diagnostic) -> Error {
     Error::new(found.into(), &Default::default())
 }

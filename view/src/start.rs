@@ -13,15 +13,15 @@ use crate::app::Viewer;
 use crate::arguments::Arguments;
 
 umbragraph::low_level::codes! {
-    /// A window that cannot be opened.
+    /// The window of the viewer cannot be opened.
     WINDOW = "UG0817", "no window",
         "The viewer needs a display and a graphics adapter that draws to it. On Linux `DISPLAY` or `WAYLAND_DISPLAY` names the display; `xvfb-run` gives a virtual one.";
 }
 
-/// Runs until the window is closed.
+/// Opens the window and runs until it is closed.
 ///
 /// # Errors
-/// A file that is not there, a camera path that cannot be used, no display, no adapter: as text for people.
+/// An error message if a file is missing, the camera path is invalid, or there is no display or graphics adapter.
 pub(crate) fn run(arguments: Arguments) -> Result<(), String> {
     missing(&arguments).map_or(Ok(()), |found| Err(text(&found)))?;
     let camera = CameraPath::of(arguments.camera.as_ref()).map_err(|found| text(&found))?;
@@ -48,7 +48,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), String> {
     })
 }
 
-/// The device: everything that the adapter has of WebGPU, and times of the GPU.
+/// The device descriptor: the adapter's WebGPU features and limits, and timestamp queries if it has them.
 fn device(adapter: &wgpu::Adapter) -> wgpu::DeviceDescriptor<'static> {
     let wanted = wgpu::Features::all_webgpu_mask() | wgpu::Features::TIMESTAMP_QUERY_INSIDE_ENCODERS;
     wgpu::DeviceDescriptor {
@@ -59,8 +59,8 @@ fn device(adapter: &wgpu::Adapter) -> wgpu::DeviceDescriptor<'static> {
     }
 }
 
-/// The diagnostic for a missing file of the command line. A broken file does not keep the window from opening: the
-/// window shows its diagnostics.
+/// The diagnostic for a missing file of the command line; `None` if all files exist. A broken file does not prevent the
+/// window from opening, since the window shows its diagnostics.
 fn missing(arguments: &Arguments) -> Option<Diagnostic> {
     let is_bundled = crate::arguments::is_bundled(&arguments.pipeline);
     let files = [
@@ -92,7 +92,7 @@ fn no_window(error: &eframe::Error) -> Diagnostic {
     Diagnostic::error(WINDOW, Place::Nowhere, format!("{what}: {reason}")).help(help)
 }
 
-/// Spacing and colors.
+/// Sets the spacing, colours and input options of the window.
 pub(crate) fn style(context: &egui::Context) {
     context.set_theme(egui::Theme::Dark);
     // Frames of a software driver are long: a click may begin in one and end in the next.
@@ -110,7 +110,7 @@ pub(crate) fn style(context: &egui::Context) {
     });
 }
 
-/// A diagnostic for people.
+/// Formats a diagnostic as readable text.
 pub(crate) fn text(diagnostic: &Diagnostic) -> String {
     render::human(diagnostic, &Sources::new())
 }

@@ -11,11 +11,11 @@ use umbragraph::low_level::camera_path::CameraPath;
 
 use crate::app::Viewer;
 
-/// The time in which a camera goes its whole way (seconds).
+/// The time in which the camera completes its path, in seconds.
 const LAP: f64 = 10.0;
 
 impl Viewer {
-    /// Places the camera of a scene that has just been loaded: at the first key of a path, or as the path begins.
+    /// Places the camera of a newly loaded scene: at the first key of a camera path file, or at the start of its path.
     pub(crate) fn begin_path(&mut self) {
         let Some(home) = &self.view else { return };
         if let CameraPath::Keys(keys) = &self.path {
@@ -32,7 +32,7 @@ impl Viewer {
         self.follow_path();
     }
 
-    /// Moves a camera that nobody has moved by hand along its path.
+    /// Moves the camera along its path, unless the user has moved the camera by hand.
     pub(crate) fn follow_path(&mut self) {
         if self.path == CameraPath::Scene {
             return;
@@ -48,7 +48,7 @@ impl Viewer {
         }
     }
 
-    /// Moves the camera as pointer and keys say.
+    /// Moves the camera by pointer and keyboard input.
     pub(crate) fn steer(&mut self, ui: &egui::Ui, response: &egui::Response) {
         let Some(view) = &mut self.view else { return };
         let before = view.clone();

@@ -13,18 +13,18 @@ use umbragraph::{Plan, wgpu};
 
 use crate::guard::guarded;
 
-/// Usages of the host's textures beside those of the plan.
+/// The usages of host textures in addition to those of the plan.
 pub(crate) const MORE: wgpu::TextureUsages = wgpu::TextureUsages::COPY_SRC
     .union(wgpu::TextureUsages::COPY_DST)
     .union(wgpu::TextureUsages::TEXTURE_BINDING);
 
-/// The picture as egui knows it.
+/// The picture, and its registration in egui.
 struct Picture {
     texture: wgpu::Texture,
     id: egui::TextureId,
 }
 
-/// The host's textures by the names of the resources that they stand for.
+/// The host's textures for the imports of a plan, by resource name.
 #[derive(Default)]
 pub(crate) struct Targets {
     list: Vec<(String, wgpu::Texture)>,
@@ -32,30 +32,30 @@ pub(crate) struct Targets {
 }
 
 impl Targets {
-    /// The textures as frames take them.
+    /// The names and textures in the form that `Frame::imports` takes.
     pub(crate) fn imports(&self) -> Vec<(&str, &wgpu::Texture)> {
         self.list.iter().map(|(name, texture)| (name.as_str(), texture)).collect()
     }
 
-    /// Forgets the textures, those of another plan. The picture is shown until there is a new one.
+    /// Removes all textures, for a plan with other imports. The old picture is shown until there is a new one.
     pub(crate) fn clear(&mut self) {
         self.list.clear();
     }
 
-    /// The picture, with its size in texels.
+    /// The egui texture of the picture and its size in texels; `None` before the first picture.
     pub(crate) fn shown(&self) -> Option<(egui::TextureId, [u32; 2])> {
         self.picture.as_ref().map(|one| (one.id, [one.texture.width(), one.texture.height()]))
     }
 
-    /// The texture of the picture.
+    /// The texture of the picture; `None` before the first picture.
     pub(crate) fn picture(&self) -> Option<&wgpu::Texture> {
         self.picture.as_ref().map(|one| &one.texture)
     }
 
-    /// Makes the host's textures of the plan, the picture in a size.
+    /// Creates the host's textures for the imports of a plan, the picture with `size` in texels.
     ///
     /// # Errors
-    /// A plan without a picture, a texture that the device cannot make; the others are made.
+    /// The plan has no picture, or the device cannot create a texture; the other textures are created.
     pub(crate) fn fit(&mut self, state: &RenderState, plan: &Plan, size: [u32; 2]) -> Result<(), Diagnostic> {
         let picture = picture_of(plan, &[]);
         let mut outcome = picture.as_ref().map(|_| ()).map_err(Clone::clone);
@@ -106,7 +106,8 @@ impl Targets {
         outcome
     }
 
-    /// Gives egui the picture. Its texels are colors of a screen, whatever the format says.
+    /// Registers the picture in egui. Its texels are shown as display colours without sRGB conversion, whatever the
+    /// format is.
     fn show(&mut self, state: &RenderState, texture: &wgpu::Texture) -> Result<(), Diagnostic> {
         let mut renderer = state.renderer.write();
         let known = self.picture.take().map(|picture| picture.id);
@@ -139,7 +140,7 @@ impl Targets {
     }
 }
 
-/// A picture like an import of the plan, in the size of the window's frame.
+/// Creates a texture for the picture with the format and usages of `like`, but with the size of the window's frame.
 fn sized(
     state: &RenderState,
     like: &wgpu::Texture,

@@ -2,10 +2,10 @@
 
 use umbragraph::executor::Texels;
 
-/// The bars of a histogram.
+/// The number of bars of a histogram.
 pub(crate) const BARS: usize = 64;
 
-/// The numbers of one channel.
+/// The statistics of one channel of a texture; range and mean count finite values only.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Channel {
     pub(crate) min: f32,
@@ -13,17 +13,17 @@ pub(crate) struct Channel {
     pub(crate) mean: f64,
     /// The number of NaN or infinite values.
     pub(crate) not_finite: usize,
-    /// The number of finite values in each of equal parts of the range.
+    /// The histogram: the number of finite values in each of [`BARS`] equal parts of the range.
     pub(crate) bars: Vec<u32>,
 }
 
-/// The numbers of the channels of one layer, or of all.
+/// The statistics of each channel, for one layer or, with `None`, for all layers.
 pub(crate) fn channels(texels: &Texels, layer: Option<u32>) -> Vec<Channel> {
     let values = layer_values(texels, layer);
     (0..texels.channels).map(|channel| statistics(values.iter().map(|value| value[channel]))).collect()
 }
 
-/// The texels of a layer, or of all.
+/// The texel values of one layer or, with `None`, of all layers.
 fn layer_values(texels: &Texels, layer: Option<u32>) -> &[[f32; 4]] {
     let Some(layer) = layer else { return &texels.values };
     let count = texels.width as usize * texels.height as usize;
@@ -53,14 +53,14 @@ fn statistics(values: impl Iterator<Item = f32> + Clone) -> Channel {
     Channel { min, max, mean: sum / f64::from(count), not_finite, bars }
 }
 
-/// The bar of a value between two ends.
+/// The index of the histogram bar for a value between `min` and `max`.
 fn bar_of(value: f32, min: f32, max: f32) -> usize {
     let span = f64::from(max) - f64::from(min);
     let part = if span > 0.0 { (f64::from(value) - f64::from(min)) / span } else { 0.0 };
     ((part * BARS as f64) as usize).min(BARS - 1)
 }
 
-/// Texel by texel how far two textures of one size are apart; `None` for others.
+/// The absolute difference of two textures for each texel, in the colour channels; `None` if their sizes differ.
 pub(crate) fn difference(one: &Texels, other: &Texels) -> Option<Texels> {
     let size = |texels: &Texels| [texels.width, texels.height, texels.layers];
     if size(one) != size(other) {
@@ -75,7 +75,7 @@ pub(crate) fn difference(one: &Texels, other: &Texels) -> Option<Texels> {
     Some(Texels { channels, values, ..one.clone() })
 }
 
-/// A number as the inspector shows it.
+/// Formats a number briefly for the inspector.
 pub(crate) fn shown(number: f32) -> String {
     let size = number.abs();
     if number == 0.0 || !number.is_finite() {

@@ -9,26 +9,26 @@ use umbragraph::low_level::report::Report;
 
 use crate::places::Places;
 
-/// The frames that are kept.
+/// The number of frames for which times are kept.
 const FRAMES: usize = 120;
 
 pub(crate) const CPU: Color32 = Color32::from_rgb(109, 157, 240);
 pub(crate) const GPU: Color32 = Color32::from_rgb(240, 160, 90);
 
-/// The times of one pass, the newest last: of the processor and of the device, in milliseconds.
+/// The CPU and GPU times of one pass in milliseconds, the newest last.
 type Times = VecDeque<[f64; 2]>;
 
-/// The times of the last frames.
+/// The times of the passes and of complete frames, for the last frames.
 #[derive(Default)]
 pub(crate) struct Timings {
-    /// The passes in the order of the plan.
+    /// The names of the passes in the order of the plan.
     names: Vec<String>,
     passes: BTreeMap<String, Times>,
-    /// The whole frames, from record to the end on the device.
+    /// The times of complete frames from recording to completion on the device, in milliseconds.
     frames: VecDeque<f64>,
 }
 
-/// The middle, the 95th percentile and the greatest of some times.
+/// The median, the 95th percentile and the maximum of some times, in milliseconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Percentiles {
     pub(crate) median: f64,
@@ -37,7 +37,7 @@ pub(crate) struct Percentiles {
 }
 
 impl Percentiles {
-    /// The statistics of times; `None` if there are none.
+    /// The percentiles of times; `None` if there are none.
     pub(crate) fn of(times: impl Iterator<Item = f64>) -> Option<Self> {
         let mut times: Vec<f64> = times.collect();
         times.sort_unstable_by(f64::total_cmp);
@@ -47,17 +47,18 @@ impl Percentiles {
 }
 
 impl Timings {
-    /// Forgets everything: another plan runs.
+    /// Removes all times, for a new plan.
     pub(crate) fn clear(&mut self) {
         *self = Self::default();
     }
 
-    /// Whether the times are those of the passes of a report.
+    /// Returns `true` if all timed passes are live passes of a report.
     pub(crate) fn is_of(&self, report: &Report) -> bool {
         self.names.iter().all(|name| report.passes.iter().any(|pass| pass.live && pass.name == *name))
     }
 
-    /// Takes in the frame that was recorded last. Times of the device are those of an earlier one, which it has drawn.
+    /// Adds the pass times of the last recorded frame. Its GPU times are those of an earlier frame, which the device
+    /// has finished.
     pub(crate) fn frame(&mut self, executor: &mut Executor) {
         let milliseconds = |time: Duration| time.as_secs_f64() * 1e3;
         let mut frame: BTreeMap<String, [f64; 2]> = BTreeMap::new();
@@ -76,12 +77,12 @@ impl Timings {
         }
     }
 
-    /// Takes in the time of a whole frame.
+    /// Adds the time of a complete frame, in milliseconds.
     pub(crate) fn whole(&mut self, milliseconds: f64) {
         push(&mut self.frames, milliseconds);
     }
 
-    /// The times of a pass: of the processor, and of the device.
+    /// The percentiles of the CPU times and the GPU times of a pass; `None` for times that were not measured.
     pub(crate) fn of(&self, pass: &str) -> [Option<Percentiles>; 2] {
         let times = self.passes.get(pass);
         [0, 1].map(|at| {
@@ -90,12 +91,13 @@ impl Timings {
         })
     }
 
-    /// The times of whole frames.
+    /// The percentiles of the times of complete frames; `None` if there are none.
     pub(crate) fn whole_frames(&self) -> Option<Percentiles> {
         Percentiles::of(self.frames.iter().copied())
     }
 
-    /// Shows the table; the pass whose name was clicked.
+    /// Shows the table of times. Returns the name of the pass that was clicked. `has_gpu` is `false` if the device
+    /// measures no GPU times.
     pub(crate) fn show(&self, ui: &mut egui::Ui, has_gpu: bool, places: &mut Places) -> Option<String> {
         let mut clicked = None;
         ui.horizontal_wrapped(|ui| {
@@ -155,7 +157,7 @@ fn said(times: &Percentiles) -> String {
     format!("{:7.3} {:7.3} {:7.3}", times.median, times.p95, times.max)
 }
 
-/// Bars from the oldest to the newest time, as high as their part of the greatest.
+/// Draws a bar for each time from the oldest to the newest, relative to the longest time.
 fn graph(ui: &egui::Ui, rect: egui::Rect, times: impl Iterator<Item = f64> + Clone, color: Color32) {
     let max = times.clone().fold(1e-9, f64::max);
     let width = rect.width() / FRAMES as f32;

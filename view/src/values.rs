@@ -10,7 +10,7 @@ use serde_json::{Map, Value, json};
 use umbragraph::low_level::expression;
 use umbragraph::{Error, Executor, Options, Plan, Setting};
 
-/// The values that were given.
+/// The values of parameters, features and toggles that were changed in the window.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Values {
     pub(crate) preset: Option<String>,
@@ -19,7 +19,7 @@ pub(crate) struct Values {
     pub(crate) toggles: BTreeMap<String, bool>,
 }
 
-/// JSON as a value of an option.
+/// Passes a JSON value as a planning option.
 struct Given<'a>(&'a Value);
 
 impl Setting for Given<'_> {
@@ -29,7 +29,7 @@ impl Setting for Given<'_> {
 }
 
 impl Values {
-    /// The options of a plan; live parameters are not among them.
+    /// The planning options for a frame size in texels, with all values except live parameters of `plan`.
     pub(crate) fn options(&self, [width, height]: [u32; 2], plan: Option<&Plan>) -> Options {
         let is_live = |name: &str| {
             let known = plan.and_then(|plan| plan.pipeline.parameters.get(name));
@@ -48,10 +48,10 @@ impl Values {
         options
     }
 
-    /// Sets the live parameters of an executor: those that were given, and those of the plan for all that were not.
+    /// Sets the live parameters of an executor: to the changed values, or else to the values of its plan.
     ///
     /// # Errors
-    /// A value that the parameter does not take.
+    /// A value is not valid for its parameter.
     pub(crate) fn set_live(&self, executor: &mut Executor) -> Result<(), Error> {
         let plan = executor.plan().clone();
         for (name, parameter) in &plan.pipeline.parameters {
@@ -65,13 +65,13 @@ impl Values {
         Ok(())
     }
 
-    /// The toggles of a plan that are switched.
+    /// The changed toggles that the plan has, with their state.
     pub(crate) fn toggles_of(&self, plan: &Plan) -> Vec<(&str, bool)> {
         let known = self.toggles.iter().filter(|(name, _)| plan.toggles.contains_key(*name));
         known.map(|(name, on)| (name.as_str(), *on)).collect()
     }
 
-    /// The text of a parameter file.
+    /// The contents of a parameter file with these values, as JSON text.
     pub(crate) fn file(&self) -> String {
         let mut file = Map::new();
         file.insert("format".to_owned(), json!(1));
@@ -86,7 +86,7 @@ impl Values {
         format!("{:#}\n", Value::Object(file))
     }
 
-    /// The options of a command line.
+    /// The command line options that set these values.
     pub(crate) fn arguments(&self) -> Vec<String> {
         let mut arguments = Vec::new();
         if let Some(preset) = &self.preset {
@@ -104,13 +104,13 @@ impl Values {
         arguments
     }
 
-    /// Whether nothing is given.
+    /// Returns `true` if no value has been changed.
     pub(crate) fn is_empty(&self) -> bool {
         *self == Self::default()
     }
 }
 
-/// A value of the engine; `None` for JSON that is none.
+/// Converts JSON to a value of the engine; `None` for `null`, objects, and lists with such elements.
 pub(crate) fn of_json(json: &Value) -> Option<expression::Value> {
     Some(match json {
         Value::Bool(on) => expression::Value::Bool(*on),
@@ -121,7 +121,7 @@ pub(crate) fn of_json(json: &Value) -> Option<expression::Value> {
     })
 }
 
-/// The JSON of a value of the engine.
+/// Converts a value of the engine to JSON; references become `null`.
 pub(crate) fn to_json(value: &expression::Value) -> Value {
     match value {
         expression::Value::Bool(on) => json!(on),
@@ -132,7 +132,7 @@ pub(crate) fn to_json(value: &expression::Value) -> Value {
     }
 }
 
-/// A number as people write it: whole without a point, in as many places as 32 bits have.
+/// Converts a number to short JSON: an integer if it has no fraction, else with the digits that `f32` needs.
 pub(crate) fn number_of(number: f64) -> Value {
     if number.fract() == 0.0 && number.abs() < 1e15 {
         return json!(number as i64);

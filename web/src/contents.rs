@@ -12,7 +12,7 @@ use umbragraph::low_level::capture::{self, Capture};
 use umbragraph::low_level::sheet::{Content, Range, Sheet, sheet};
 use wasm_bindgen::prelude::wasm_bindgen;
 
-/// The picture of texels, and their numbers. Layers lie side by side.
+/// A picture of the texels of a texture, and their channel values. Layers lie side by side.
 #[wasm_bindgen]
 pub struct Contents {
     sheet: Sheet,
@@ -41,17 +41,17 @@ impl Contents {
         self.mips
     }
 
-    /// The picture: red, green, blue, alpha, from the top.
+    /// The pixels of the picture, four bytes each (red, green, blue, alpha), row by row from the top.
     pub fn rgba(&self) -> Vec<u8> {
         self.sheet.rgba(self.content, &self.ranges)
     }
 
-    /// The least and the greatest number that is shown, channel by channel; empty where numbers are shown as they are.
+    /// The least and the greatest shown value of each channel; empty if values are shown as they are.
     pub fn ranges(&self) -> Vec<f32> {
         self.ranges.iter().flat_map(|range| [range.min, range.max]).collect()
     }
 
-    /// The channels of the texel at a place of the picture; empty outside of it.
+    /// The channel values of the texel at a position in the picture; empty outside of it.
     pub fn texel(&self, x: u32, y: u32) -> Vec<f32> {
         let is_inside = x < self.sheet.width && y < self.sheet.height;
         let at = y as usize * self.sheet.width as usize + x as usize;

@@ -37,23 +37,23 @@ pub struct Painter {
     view: View,
 }
 
-/// A scene on the device.
+/// The scene that is shown, on the device.
 struct Shown {
     scene: Scene,
     pose: Pose,
     draws: SceneResources,
 }
 
-/// The camera's way from where the scene has it, around the middle of the scene.
+/// The orbit of the camera around the middle of the scene, relative to the scene's own camera.
 #[derive(Clone, Copy)]
 struct View {
     /// The turn of the camera, to the side and up, in radians.
     turn: [f64; 2],
-    /// A multiple of the distance that the scene has it at.
+    /// The distance to the middle, as a multiple of the scene's camera distance.
     distance: f64,
 }
 
-/// The type of an error that a page gets: a sentence, or diagnostics for people.
+/// The error type for the web page: a sentence, or diagnostics as readable text.
 type Reason = String;
 
 #[wasm_bindgen]
@@ -102,7 +102,8 @@ impl Painter {
         self.name.clone()
     }
 
-    /// Why the device is lost, if it is: nothing is drawn then, until there is another painter.
+    /// Returns the reason of a lost device; `None` while it works. A lost device draws nothing, so open another
+    /// painter.
     pub fn lost(&self) -> Option<String> {
         self.lost.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
@@ -240,7 +241,7 @@ impl Painter {
         Ok(Contents::new(&plan, reference, &texels))
     }
 
-    /// Waits until the device has done what was submitted.
+    /// Waits until the device has finished all submitted work.
     pub async fn done(&self) {
         let (sender, receiver) = futures_channel::oneshot::channel();
         self.queue.on_submitted_work_done(move || {
@@ -250,14 +251,14 @@ impl Painter {
         let _ = receiver.await;
     }
 
-    /// Begins to listen to what the device rejects; [`Listener::rejected`] says it.
+    /// Opens an error scope of the device; [`Listener::rejected`] returns the error that it caught.
     pub fn listen(&self) -> Listener {
         Listener(Some(self.device.push_error_scope(wgpu::ErrorFilter::Validation)))
     }
 }
 
 impl Painter {
-    /// The profile of a pipeline on this device.
+    /// Returns the target profile of a pipeline on this device.
     fn profile(&self, pipeline: &TypedPipeline) -> TargetProfile {
         let features = pipeline.device_features() & self.device.features();
         let profile = pipeline.profile.clone().on_device(&self.device.limits(), self.flags);
@@ -325,7 +326,7 @@ pub struct Listener(Option<wgpu::ErrorScopeGuard>);
 
 #[wasm_bindgen]
 impl Listener {
-    /// Ends to listen: the first thing that the device rejected since, if there is one.
+    /// Closes the scope. Returns the first error of the device since it was opened; `None` if there was none.
     pub async fn rejected(mut self) -> Option<String> {
         Some(self.0.take()?.pop().await?.to_string())
     }
@@ -343,7 +344,7 @@ impl View {
     }
 }
 
-/// Diagnostics for people.
+/// Formats diagnostics as readable text.
 fn in_words(found: &Diagnostics, sources: &Sources) -> Reason {
     umbragraph::diagnostic::render::human_all(found, sources)
 }

@@ -15,7 +15,7 @@ use umbragraph::scene::gpu::SceneResources;
 use umbragraph::wgpu;
 use umbragraph::{Executor, Frame};
 
-/// So often a frame is planned again, for CPU passes to get the sizes that they want.
+/// The maximum number of attempts to record a frame with the data sizes that CPU passes request.
 const ROUNDS: usize = 8;
 
 /// A pipeline that draws.
@@ -67,7 +67,7 @@ impl Picture {
         Ok(())
     }
 
-    /// Width and height.
+    /// The width and height of the picture, in texels.
     pub(crate) fn size(&self) -> [u32; 2] {
         self.options.viewport
     }
@@ -82,7 +82,7 @@ impl Picture {
         self.imports.iter().find(|(name, _)| *name == self.name).map(|(_, texture)| texture)
     }
 
-    /// Records and submits a frame, planned again for as long as CPU passes want other sizes.
+    /// Records and submits a frame. Plans again, up to a limit, while CPU passes request other data sizes.
     pub(crate) fn draw(
         &mut self,
         device: &wgpu::Device,

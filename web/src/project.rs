@@ -30,7 +30,7 @@ pub struct Project {
     pub(crate) session: Session,
 }
 
-/// Texts in memory, and the pipelines that come with the module.
+/// Files in memory, and the bundled pipelines.
 #[derive(Clone, Default)]
 pub(crate) struct Pages(Arc<Mutex<Memory>>);
 
@@ -68,7 +68,7 @@ impl Storage for Pages {
     }
 }
 
-/// A session over files. Paths of templates are their names, with or without a `/` in front.
+/// Creates a session over files. Paths of templates are their names, with or without a leading `/`.
 pub(crate) fn session(files: &Pages, templates: &[String]) -> Session {
     // Glass and bones of glTF scenes are what a page draws.
     let mut registry = umbragraph::registry();
@@ -80,7 +80,7 @@ pub(crate) fn session(files: &Pages, templates: &[String]) -> Session {
     Session::new(files.clone(), registry, umbragraph::with_templates(own))
 }
 
-/// The names and texts of the templates that come with the module.
+/// The names and texts of the bundled templates.
 pub(crate) fn library() -> impl Iterator<Item = (String, &'static str)> {
     umbragraph::with_templates([]).into_iter().filter_map(|template| match template.text {
         TemplateText::Library { text, .. } => Some((template.name, text)),
@@ -96,7 +96,7 @@ impl Default for Project {
 
 #[wasm_bindgen]
 impl Project {
-    /// No files but those that come with the module.
+    /// Creates a project that contains only the bundled files.
     #[wasm_bindgen(constructor)]
     pub fn new() -> Self {
         let files = Pages::default();
@@ -104,7 +104,7 @@ impl Project {
         Self { files, templates: Vec::new(), session }
     }
 
-    /// The names and texts of the templates that come with the module, as an object.
+    /// The names and texts of the bundled templates, as a JSON object.
     pub fn templates() -> String {
         Value::Object(library().map(|(name, text)| (name, Value::from(text))).collect()).to_string()
     }
@@ -200,7 +200,7 @@ impl Project {
         (target, choice)
     }
 
-    /// The texts that diagnostics are about.
+    /// The texts that the places of diagnostics refer to.
     pub(crate) fn sources(&self) -> &Sources {
         self.session.sources()
     }
@@ -217,7 +217,7 @@ impl Project {
         self.session.load_exactly(target).ok()?.document().cloned()
     }
 
-    /// The profiles that a pipeline claims.
+    /// Returns the profiles that a pipeline claims to support.
     fn profiles(&mut self, target: &Target) -> Vec<TargetProfile> {
         let document = self.document(target);
         document.map(|document| claimed_profiles(&document, &mut Diagnostics::new())).unwrap_or_default()
@@ -238,7 +238,7 @@ impl Project {
         }
     }
 
-    /// The text of a file of the page.
+    /// The text of a file of the page; `None` if it does not exist.
     pub(crate) fn text(&self, path: &str) -> Option<String> {
         let memory = self.files.0.lock().unwrap_or_else(PoisonError::into_inner);
         memory.0.get(path).cloned()

@@ -43,7 +43,7 @@ fn to_json(value: &Value) -> Json {
     }
 }
 
-/// The value that JSON is; `None` of objects and of nothing.
+/// Converts JSON to a value; `None` for objects and `null`.
 #[cfg(feature = "gpu")]
 pub(crate) fn from_json(json: &Json) -> Option<Value> {
     Some(match json {

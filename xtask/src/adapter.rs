@@ -13,7 +13,7 @@ use crate::distribution::{DEBIAN_PACKAGES, Distribution};
 use crate::driver_search::{Machine, SearchResult};
 use crate::process;
 
-/// Returns whether an adapter is available, after an attempt to install one.
+/// Returns `true` if an adapter is available, after trying to install one.
 pub(crate) fn ensure() -> bool {
     match std::env::consts::OS {
         "linux" => ensure_on_linux(),
@@ -25,7 +25,7 @@ pub(crate) fn ensure() -> bool {
     }
 }
 
-/// As [`ensure`], for a command that continues without an adapter.
+/// Calls [`ensure`] for a command that can continue without an adapter, and prints a note on failure.
 pub(crate) fn ensure_if_possible() {
     if !ensure() {
         eprintln!(
@@ -95,7 +95,7 @@ fn explain(result: &SearchResult) -> String {
     }
 }
 
-/// The words before `apt-get` that run it as root, or the reason why it cannot run.
+/// Returns the command prefix that runs `apt-get` as root, or the reason why it cannot run.
 fn installation_rights(distribution: Distribution) -> Result<Vec<&'static str>, String> {
     let user = process::program("id").arg("--user").output().map(|output| output.stdout);
     let root = user.is_ok_and(|output| String::from_utf8_lossy(&output).trim() == "0");
@@ -118,7 +118,7 @@ fn rights(debian: bool, apt: bool, root: bool, sudo: impl Fn() -> bool) -> Resul
     }
 }
 
-/// Installs packages of Debian's, where that is possible from here.
+/// Installs packages of Debian or Ubuntu, if the system and the user's rights allow it.
 pub(crate) fn install_packages(packages: &[&str]) -> Result<(), String> {
     install(&installation_rights(this_distribution())?, packages)
 }
@@ -147,7 +147,7 @@ fn apt(prefix: &[&str], arguments: &[&str]) -> Result<(), String> {
     process::run(process::program(name).args(rest), &shown)
 }
 
-/// The variable is set through `env`, since sudo does not pass variables on.
+/// Returns an `apt-get` command line. The variable is set through `env`, since sudo does not pass variables on.
 fn apt_command<'a>(prefix: &[&'a str], arguments: &[&'a str]) -> Vec<&'a str> {
     let mut words = prefix.to_vec();
     words.extend(["env", "DEBIAN_FRONTEND=noninteractive", "apt-get"]);

@@ -8,17 +8,17 @@
 
 use crate::{adapter, process};
 
-/// The five systems, and last the flagship.
+/// The pipelines to score: five systems, and last the flagship `umbra`.
 const PIPELINES: [&str; 6] = ["mantis", "awsm", "nebula", "caracal", "lore", "umbra"];
 
-/// The flagship with rays where its maps are coarse, which has a column of its own.
+/// The column of the flagship `umbra` with ray-traced shadows where its shadow maps are coarse.
 const HYBRID: &str = "umbra, hybrid";
 
-/// The size that pictures have, and how many there are.
+/// The size of the pictures in pixels.
 const SIZE: &str = "512x288";
 const FRAMES: &str = "20";
 
-/// Runs the command: prints the table; whether the flagship's worst error is the least everywhere.
+/// Prints the table. Returns `true` if `umbra` has the smallest worst error on every scene.
 pub(crate) fn run(seed: u64) -> Result<bool, String> {
     adapter::ensure_if_possible();
     let mut fine = true;
@@ -40,14 +40,15 @@ pub(crate) fn run(seed: u64) -> Result<bool, String> {
     Ok(fine)
 }
 
-/// The worst of some frames.
+/// The worst scores among the frames of a pipeline on a scene: the largest mean error, and the smallest intersection
+/// over union.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Worst {
     error: f64,
     iou: f64,
 }
 
-/// The project's own scenes and the available ones with ray-traced masks; by name, with their paths.
+/// Returns the names and paths of the project's own scenes and of the available scenes with ray-traced masks.
 fn scenes() -> Vec<(String, String)> {
     let root = process::workspace_root();
     let truth = std::env::var_os("UMBRAGRAPH_TRUTH").map_or_else(|| root.join("../shared/truth"), Into::into);
@@ -66,7 +67,7 @@ fn scenes() -> Vec<(String, String)> {
     found
 }
 
-/// The worst score of a pipeline on a scene; `None` if it leaves a light without shadows.
+/// Returns the worst scores of a pipeline on a scene; `None` if it draws no shadows for some light.
 fn score(pipeline: &str, scene: &str, seed: u64, more: &[&str]) -> Result<Option<Worst>, String> {
     let (pipeline, camera) = (format!("pipelines/{pipeline}.json"), format!("random:{seed}"));
     let arguments = ["run", "--quiet", "--package", "umbragraph-cli", "--", "score", &pipeline];
@@ -84,7 +85,7 @@ fn score(pipeline: &str, scene: &str, seed: u64, more: &[&str]) -> Result<Option
     Ok(worst(&String::from_utf8_lossy(&output.stdout)))
 }
 
-/// The worst of the frames of an answer, which is all that is read of it.
+/// Parses the worst scores from the JSON output of `score`.
 fn worst(json: &str) -> Option<Worst> {
     let (_, frames) = json.split_once("\"frames\":")?;
     let (frames, worst) = frames.split_once("\"worst\":")?;

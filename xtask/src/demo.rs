@@ -2,14 +2,14 @@
 
 use crate::{adapter, process};
 
-/// The path of the picture, from the root of the workspace.
+/// The path of the picture, relative to the root of the workspace.
 const PICTURE: &str = "target/demo/courtyard.png";
 
-/// The arguments of cargo: the command without `score` and `tune`, which a picture does not need.
+/// The arguments of cargo: the command without the features for `score` and `tune`, which a picture does not need.
 const ARGUMENTS: &str = "run --release --package umbragraph-cli --no-default-features --features gpu --bin umbragraph \
                          -- render pipelines/umbra.json --scene examples/scenes/courtyard.glb --size 1280x720 --out";
 
-/// Runs the command.
+/// Renders the demo picture. Returns `true`, or an error if there is no picture.
 pub(crate) fn run() -> Result<bool, String> {
     adapter::ensure_if_possible();
     let picture = process::workspace_root().join(PICTURE);
@@ -19,7 +19,7 @@ pub(crate) fn run() -> Result<bool, String> {
     Ok(true)
 }
 
-/// Makes room for the picture; one from an earlier run must not pass for the new one.
+/// Creates the folder of the picture, and removes the picture of an earlier run.
 fn prepare(picture: &std::path::Path) -> Result<(), String> {
     if let Some(folder) = picture.parent() {
         std::fs::create_dir_all(folder).map_err(|error| format!("{}: {error}", folder.display()))?;

@@ -17,11 +17,11 @@ pub(crate) enum Distribution {
     Unknown,
 }
 
-/// Debian's and Ubuntu's packages.
+/// The packages of Debian and Ubuntu with a software Vulkan driver.
 pub(crate) const DEBIAN_PACKAGES: [&str; 2] = ["mesa-vulkan-drivers", "libvulkan1"];
 
 impl Distribution {
-    /// Reads the text of an `os-release` file.
+    /// Determines the distribution from the text of an `os-release` file.
     pub(crate) fn from_os_release(text: &str) -> Self {
         let value = |key: &str| {
             text.lines()
@@ -48,7 +48,7 @@ impl Distribution {
         })
     }
 
-    /// The command that installs a software Vulkan driver as root.
+    /// Returns the command that installs a software Vulkan driver as root.
     pub(crate) fn advice(self) -> String {
         let advice = match self {
             Self::Debian => {

@@ -10,22 +10,22 @@
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
-/// The machine to be searched.
+/// The file system and environment variables in which to search for a Vulkan driver.
 pub(crate) struct Machine<'a> {
     pub(crate) root: &'a Path,
     pub(crate) variable: &'a dyn Fn(&str) -> Option<OsString>,
 }
 
-/// The result of the search.
+/// The result of the search for a Vulkan driver.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum SearchResult {
-    /// A driver that can work, by its manifest.
+    /// A usable driver, by the path of its manifest.
     Driver(PathBuf),
-    /// A variable restricts the search to drivers that cannot work; installing another one would not help.
+    /// A variable restricts the search to drivers that cannot work; installing another driver would not help.
     Restricted { variable: &'static str, value: String },
-    /// A driver is installed, but not the loader.
+    /// A driver is installed, but the Vulkan loader library is not.
     NoLoader,
-    /// No driver can work; holds the rejected manifests, each with the reason.
+    /// No driver can work; contains the rejected manifests, each with the reason.
     NoDriver(Vec<String>),
 }
 
@@ -52,7 +52,7 @@ const LOADERS: [&str; 2] = ["libvulkan.so.1", "libvulkan.so"];
 const SOFTWARE_DRIVERS: [&str; 3] = ["lvp_icd", "vk_swiftshader", "swrast"];
 
 impl Machine<'_> {
-    /// Looks for a driver that can work.
+    /// Searches for a usable driver.
     pub(crate) fn search(&self) -> SearchResult {
         let restriction = RESTRICTIONS
             .into_iter()
@@ -77,7 +77,7 @@ impl Machine<'_> {
         }
     }
 
-    /// A path of the machine, below the root folder.
+    /// Returns a path of the machine below the root folder.
     fn at(&self, path: impl AsRef<Path>) -> PathBuf {
         let path = path.as_ref();
         self.root.join(path.strip_prefix("/").unwrap_or(path))
@@ -103,7 +103,7 @@ impl Machine<'_> {
         folders.into_iter().map(|folder| folder.join("icd.d")).collect()
     }
 
-    /// The manifests among some files and folders, as paths of the machine, sorted and each once.
+    /// Returns the manifests among the given files and folders, as paths of the machine, sorted and without duplicates.
     fn manifests_of(&self, places: impl IntoIterator<Item = PathBuf>) -> Vec<PathBuf> {
         let mut manifests = Vec::new();
         for place in places {
@@ -119,7 +119,7 @@ impl Machine<'_> {
         manifests
     }
 
-    /// Why the driver of a manifest cannot work.
+    /// Returns the reason why the driver of a manifest cannot work; `None` if it can.
     fn obstacle(&self, manifest: &Path) -> Option<String> {
         let text = match std::fs::read_to_string(self.at(manifest)) {
             Ok(text) => text,
@@ -137,7 +137,8 @@ impl Machine<'_> {
             .then(|| "it needs a graphics processor, and there is none".to_owned())
     }
 
-    /// As the loader does: a path with a slash is taken from the manifest's folder, any other from the system's.
+    /// Returns `true` if the library exists. As in the loader, a path with a slash is relative to the manifest's
+    /// folder, any other to the system's library folders.
     fn has_library(&self, manifest: &Path, library: &str) -> bool {
         if library.contains('/') {
             let folder = manifest.parent().unwrap_or(Path::new("/"));
@@ -173,7 +174,7 @@ impl Machine<'_> {
     }
 }
 
-/// The value of `library_path` in a manifest.
+/// Returns the value of `library_path` in a manifest; `None` if it is missing.
 fn library_path(manifest: &str) -> Option<String> {
     let (_, rest) = manifest.split_once("\"library_path\"")?;
     let rest = rest.trim_start().strip_prefix(':')?.trim_start().strip_prefix('"')?;

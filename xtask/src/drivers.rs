@@ -9,14 +9,15 @@ use std::path::{Path, PathBuf};
 
 use crate::{adapter, process};
 
-/// The manifests of SwiftShader, which comes with Chromium and Chrome.
+/// The possible manifests of SwiftShader, which comes with Chromium and Chrome.
 const SWIFTSHADER: [&str; 3] = [
     "/usr/lib/chromium/vk_swiftshader_icd.json",
     "/usr/lib/chromium-browser/vk_swiftshader_icd.json",
     "/opt/google/chrome/vk_swiftshader_icd.json",
 ];
 
-/// Packages with a library or manifest that tells whether they are there: OpenGL without a display, SwiftShader.
+/// Packages to install, each with files of which one exists if they are installed: OpenGL without a display,
+/// SwiftShader.
 const PACKAGES: [(&[&str], &[&str]); 2] = [
     (
         &["libegl1", "libgl1-mesa-dri"],
@@ -25,27 +26,27 @@ const PACKAGES: [(&[&str], &[&str]); 2] = [
     (&["chromium"], &SWIFTSHADER),
 ];
 
-/// The table.
+/// The path of the page with the table.
 const TABLE: &str = "docs/drivers.md";
 
-/// The pipelines that are drawn under validation: one with CPU fitted cascades alone, one with everything.
+/// The pipelines that are rendered with validation layers: one with only CPU-fitted cascades, one with all techniques.
 const VALIDATED: [&str; 2] = ["nebula", "umbra"];
 
-/// The scenes of the project.
+/// The names of the project's scenes.
 const SCENES: [&str; 4] = ["courtyard", "figure", "foliage", "interior"];
 
-/// The part of the table that is drawn.
+/// The options that select the part of the table to render.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Options {
-    /// One scene, without presets and debug views.
+    /// Renders one scene only, without presets and debug views.
     pub(crate) quick: bool,
-    /// One pipeline, or the lessons.
+    /// Renders one pipeline only, or the lessons; `None` renders all.
     pub(crate) only: Option<String>,
-    /// Draws no longer than this.
+    /// The maximum rendering time in minutes; `None` for no limit.
     pub(crate) minutes: Option<u64>,
 }
 
-/// Runs the command: writes the table; whether drivers agree.
+/// Writes the table. Returns `true` if the drivers agree.
 pub(crate) fn run(options: &Options) -> Result<bool, String> {
     adapter::ensure_if_possible();
     for (packages, files) in PACKAGES {
@@ -71,7 +72,8 @@ pub(crate) fn run(options: &Options) -> Result<bool, String> {
     Ok(fine)
 }
 
-/// Draws under the validation layers, two pipelines or `all`; whether the layers said nothing.
+/// Renders two pipelines, or everything with `all`, with the validation layers on. Returns `true` if the layers
+/// reported nothing.
 pub(crate) fn validate(all: bool) -> Result<bool, String> {
     adapter::ensure_if_possible();
     let program = build(all)?;
@@ -103,24 +105,25 @@ pub(crate) fn validate(all: bool) -> Result<bool, String> {
     Ok(fine)
 }
 
-/// A picture that is drawn under validation.
+/// A picture to render with validation layers.
 #[derive(Clone, Debug)]
 struct Validated {
-    /// The name of the pipeline's file.
+    /// The path of the pipeline below `pipelines/`, without extension.
     pipeline: String,
     scene: &'static str,
-    /// A preset or a debug view.
+    /// The command-line options for a preset or a debug view.
     options: Vec<String>,
 }
 
 impl Validated {
-    /// A pipeline with its defaults on the first scene.
+    /// Creates the case of a pipeline with default settings on the first scene.
     fn of(pipeline: impl Into<String>) -> Self {
         Self { pipeline: pipeline.into(), scene: SCENES[0], options: Vec::new() }
     }
 }
 
-/// Every pipeline and every lesson: the systems on each scene, and on the first with each preset and debug view.
+/// Returns all pictures: each pipeline and lesson; the systems on each scene, and on the first with each preset and
+/// debug view.
 fn everything(program: &Path) -> Vec<Validated> {
     let names = |folder: &str| {
         let path = process::workspace_root().join("pipelines").join(folder);
@@ -146,7 +149,7 @@ fn everything(program: &Path) -> Vec<Validated> {
     all
 }
 
-/// The presets or words of a parameter, which the command lists where it is given one that does not exist.
+/// Returns the valid presets or parameter values, which the command lists in its error about an unknown one.
 fn known(program: &Path, pipeline: &str, unknown: [&str; 2]) -> Vec<String> {
     let mut command = process::program(&program.display().to_string());
     command.args(["plan", &format!("pipelines/{pipeline}.json")]).args(unknown);
@@ -154,7 +157,7 @@ fn known(program: &Path, pipeline: &str, unknown: [&str; 2]) -> Vec<String> {
     listed(&said.unwrap_or_default())
 }
 
-/// The words after `help: the presets are` or `help: known are`.
+/// Parses the names after `help: the presets are` or `help: known are`.
 fn listed(said: &str) -> Vec<String> {
     let list = said.lines().find_map(|line| {
         let help = line.split_once("help: ")?.1;
@@ -163,17 +166,18 @@ fn listed(said: &str) -> Vec<String> {
     list.into_iter().flat_map(|list| list.split(", ")).map(str::to_owned).collect()
 }
 
-/// Whether a line is a message of the layer: of validation, or of synchronisation.
+/// Returns `true` if a line is a message of the validation layer, about validation or synchronization.
 fn is_of_layer(line: &str) -> bool {
     ["VUID-", "SYNC-HAZARD", "UNASSIGNED-"].iter().any(|mark| line.contains(mark))
 }
 
-/// The manifest of SwiftShader, where it is installed.
+/// Returns the path of SwiftShader's manifest; `None` if it is not installed.
 pub(crate) fn swiftshader() -> Option<&'static str> {
     SWIFTSHADER.into_iter().find(|file| Path::new(file).exists())
 }
 
-/// Builds the command: for many pictures optimised, since each is checked and planned by a process of its own.
+/// Builds the command and returns its path. An optimized build pays off for many pictures, since each runs in a process
+/// of its own.
 fn build(is_optimised: bool) -> Result<PathBuf, String> {
     let mut command = process::program("cargo");
     command.args("build --package umbragraph-cli --bin umbragraph".split_whitespace());

@@ -22,25 +22,25 @@ use crate::process;
 const BEGIN: &str = "<!-- figures";
 const END: &str = "<!-- end of figures -->";
 
-/// The tables that are written.
+/// The options that select the tables to write.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Options {
-    /// Text that the commands of the tables contain.
+    /// Selects the tables whose commands contain this text; `None` selects all.
     pub(crate) only: Option<String>,
-    /// Whether there is a GPU: tables for real hardware are written, too.
+    /// Also writes the tables for real hardware, which need a GPU.
     pub(crate) gpu: bool,
 }
 
-/// A table in a page.
+/// A generated table in a documentation page.
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct Block {
-    /// Its bytes in the page, both comments aside.
+    /// The byte range of the table in the page, between the comments that mark it.
     range: std::ops::Range<usize>,
     command: String,
     needs_gpu: bool,
 }
 
-/// Runs the command; whether every table was written.
+/// Writes the tables. Returns `true` if every table was written.
 pub(crate) fn run(options: &Options) -> Result<bool, String> {
     let mut fine = true;
     let mut count = 0;
@@ -73,7 +73,7 @@ pub(crate) fn run(options: &Options) -> Result<bool, String> {
     Ok(fine)
 }
 
-/// The pages of the folder `docs`.
+/// Returns the Markdown files in the folder `docs`, sorted.
 fn pages() -> Result<Vec<PathBuf>, String> {
     let folder = process::workspace_root().join("docs");
     let entries = std::fs::read_dir(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
@@ -87,7 +87,7 @@ fn read(page: &Path) -> Result<String, String> {
     std::fs::read_to_string(page).map_err(|error| format!("{}: {error}", page.display()))
 }
 
-/// The tables of a page.
+/// Finds the marked tables of a page.
 fn blocks(text: &str) -> Result<Vec<Block>, String> {
     let mut blocks = Vec::new();
     let mut from = 0;
@@ -109,7 +109,7 @@ fn blocks(text: &str) -> Result<Vec<Block>, String> {
     Ok(blocks)
 }
 
-/// The table that a command prints, with where it was measured.
+/// Runs a command, and returns its table with a line about the machine.
 fn measured(command: &str) -> Result<String, String> {
     let mut words = command.split_whitespace();
     let mut run = process::program(words.next().unwrap_or_default());
@@ -128,7 +128,7 @@ fn measured(command: &str) -> Result<String, String> {
     Ok(format!("{table}\nMeasured at {} on {}{adapter}.\n", commit.trim(), machine()))
 }
 
-/// The tables of an output, and the adapter that it names. A table begins at the line before the one under its heads.
+/// Returns the tables in an output, and the adapter's name if present. A table begins with its line of column heads.
 fn table(output: &str) -> (String, Option<&str>) {
     let rows: Vec<&str> = output.lines().filter(|line| line.starts_with('|')).collect();
     let mut table = String::new();
@@ -142,7 +142,7 @@ fn table(output: &str) -> (String, Option<&str>) {
     (table, output.lines().find_map(|line| line.strip_prefix("on ")))
 }
 
-/// The processor, and how many of its threads there are.
+/// Returns the number of hardware threads and the processor's name.
 fn machine() -> String {
     let count = std::thread::available_parallelism().map_or(1, usize::from);
     let about = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
@@ -185,7 +185,7 @@ mod tests {
         }
     }
 
-    /// Pages that tell what was measured; the figures of others are values of settings.
+    /// Pages with measured figures; the figures of other pages are values of settings.
     const MEASURED: [&str; 8] = [
         "README.md",
         "docs/accuracy.md",
@@ -197,7 +197,7 @@ mod tests {
         "docs/web.md",
     ];
 
-    /// A number with a unit after it.
+    /// Returns the first number that is followed by a unit; `None` if there is none.
     fn figure(section: &str) -> Option<String> {
         const UNITS: [&str; 8] = ["ms", "s", "µs", "kB", "MB", "GB", "MiB", "%"];
         let words: Vec<&str> = section.split_whitespace().collect();
@@ -209,7 +209,7 @@ mod tests {
         words.windows(2).find(is_figure).map(|pair| pair.join(" "))
     }
 
-    /// Whether a section names a command, a test, or the comment of a table.
+    /// Returns `true` if a section names a command, a test, or the comment of a generated table.
     fn has_source(section: &str) -> bool {
         let text = section.split_whitespace().collect::<Vec<_>>().join(" ");
         ["`cargo ", "`umbragraph ", "the test `", "The tests `", BEGIN]

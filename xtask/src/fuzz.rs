@@ -5,20 +5,20 @@
 
 use crate::process;
 
-/// The page with the counts.
+/// The path of the page with the numbers of fuzzed inputs.
 const PAGE: &str = "docs/trust.md";
 
-/// The time, and the one target, if not all are meant.
+/// The options of a fuzzing run: time, target and output.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Options {
-    /// The time limit in minutes: one if absent, none if only the page is written.
+    /// The time limit in minutes. `None` means one minute, or zero minutes if `page` is set.
     pub(crate) minutes: Option<u32>,
     pub(crate) target: Option<String>,
-    /// Whether the counts are written into the page.
+    /// Writes the numbers of fuzzed inputs into the page.
     pub(crate) page: bool,
 }
 
-/// Runs the command; whether no input failed.
+/// Runs the fuzzer. Returns `true` if no input caused a failure.
 pub(crate) fn run(options: &Options) -> Result<bool, String> {
     let minutes = options.minutes.unwrap_or(u32::from(!options.page));
     let mut command = program();

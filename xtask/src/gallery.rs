@@ -2,7 +2,7 @@
 
 use crate::{adapter, process};
 
-/// Runs the command.
+/// Renders the pictures of the gallery.
 pub(crate) fn run() -> Result<bool, String> {
     adapter::ensure_if_possible();
     let mut command = process::program("cargo");

@@ -12,10 +12,10 @@ use std::process::Command;
 
 use crate::{adapter, job, process};
 
-/// A package, and its files that use the module, whose lines are counted.
+/// A package that integrates the library, and the source files whose lines are counted.
 struct Integration {
     name: &'static str,
-    /// The folder, as seen from the root of the workspace.
+    /// The path of the folder, relative to the root of the workspace.
     folder: &'static str,
     sources: &'static [&'static str],
     has_window: bool,
@@ -32,19 +32,19 @@ const ALL: [Integration; 3] = [
     Integration { name: "view", folder: "view", sources: &[], has_window: true },
 ];
 
-/// The packages of Debian's that a window without a display needs.
+/// The Debian packages that a window needs on a machine without a display.
 const DISPLAY_PACKAGES: [&str; 7] =
     ["xvfb", "xauth", "libxcursor1", "libxi6", "libxrandr2", "libxkbcommon-x11-0", "libx11-xcb1"];
 
-/// The job that users copy, which is no package.
+/// The name of the CI job that users copy, which is no package.
 const JOB: &str = "ci";
 
-/// The names of all packages, and of the job.
+/// Returns the names of all packages, and of the CI job.
 pub(crate) fn names() -> impl Iterator<Item = &'static str> {
     std::iter::once(JOB).chain(ALL.iter().map(|integration| integration.name))
 }
 
-/// Runs the command for one package, or for all.
+/// Builds and tests one integration, or all if `None`.
 pub(crate) fn run(only: Option<&str>) -> Result<bool, String> {
     let mut failed = Vec::new();
     if only.is_none_or(|only| only == JOB) {
@@ -64,7 +64,7 @@ pub(crate) fn run(only: Option<&str>) -> Result<bool, String> {
     if failed.is_empty() { Ok(true) } else { Err(failed.join("\n")) }
 }
 
-/// Runs the viewer's window under random edits and random input.
+/// Tests the viewer's window with random edits of files and random input.
 pub(crate) fn soak_viewer(seed: u64, edits: u32, seconds: u64) -> Result<(), String> {
     let viewer = ALL.iter().find(|integration| integration.name == "view");
     let viewer = viewer.ok_or("there is no integration \"view\"")?;
@@ -96,7 +96,7 @@ fn test(integration: &Integration, folder: &Path) -> Command {
     command
 }
 
-/// Whether a window needs a virtual display, and can have one.
+/// Returns `true` if a window needs a virtual display and one is available.
 fn lacks_display() -> bool {
     if std::env::consts::OS != "linux" || std::env::var_os("DISPLAY").is_some() {
         return false;
@@ -110,7 +110,7 @@ fn lacks_display() -> bool {
     is_there()
 }
 
-/// Counts the lines of the sources, without empty lines and comments.
+/// Counts the lines of source files, without empty lines and comments.
 fn lines(folder: &Path, sources: &[&str]) -> String {
     let (mut all, mut imports) = (0, 0);
     for source in sources {

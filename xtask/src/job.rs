@@ -11,28 +11,28 @@ use std::time::Instant;
 
 use crate::process;
 
-/// The page with the workflow that users copy.
+/// The path of the page with the CI workflow that users copy.
 const GUIDE: &str = "docs/guide/6-ci.md";
-/// The pipeline that `umbragraph new` writes.
+/// The name of the pipeline that `umbragraph new` creates for the test.
 const NAME: &str = "look";
 
-/// A step of a job that was run.
+/// The result of a step of a CI job.
 struct Step {
     line: String,
     is_fine: bool,
     printed: String,
 }
 
-/// The installed command, and the folder that jobs run in.
+/// The folder of the installed command, and the folder in which jobs run.
 struct Job {
     bin: PathBuf,
     folder: PathBuf,
 }
 
-/// Runs the jobs.
+/// Tests the CI jobs of the guide and of new pipelines.
 ///
 /// # Errors
-/// The first step that does what it should not.
+/// The first step with an unexpected result.
 pub(crate) fn run() -> Result<(), String> {
     let root = process::target_folder().join("integrations/ci");
     let start = Instant::now();
@@ -59,7 +59,7 @@ pub(crate) fn run() -> Result<(), String> {
     guide.check(&format!("the workflow of {GUIDE}"), &lines(workflow), &format!("pipelines/{NAME}.json"))
 }
 
-/// The `run:` lines of a workflow; what installs the command is left out.
+/// Returns the `run:` lines of a workflow, except those that install the command.
 fn lines(workflow: &str) -> Vec<String> {
     let lines = workflow.lines().filter_map(|line| line.trim_start().strip_prefix("- run: "));
     lines.filter(|line| !line.starts_with("cargo install ")).map(str::to_owned).collect()
@@ -70,7 +70,7 @@ fn read(path: &Path) -> Result<String, String> {
 }
 
 impl Job {
-    /// A new folder with what `umbragraph new` writes.
+    /// Replaces the folder by a new one that `umbragraph new` creates.
     fn clean(&self) -> Result<(), String> {
         let _ = std::fs::remove_dir_all(&self.folder);
         let parent = self.folder.parent().unwrap_or(&self.folder);
@@ -81,7 +81,7 @@ impl Job {
         std::fs::rename(&made, &self.folder).map_err(|error| error.to_string())
     }
 
-    /// Runs the lines of a job over shaders that are fine, broken, and more than is locked.
+    /// Runs the lines of a job with valid shaders, with broken ones, and with more shaders than the lock file has.
     fn check(&self, what: &str, lines: &[String], pipeline: &str) -> Result<(), String> {
         if lines.is_empty() {
             return Err(format!("{what} has no line `- run: ...`"));
@@ -114,7 +114,7 @@ impl Job {
         self.all_fine(what, lines)
     }
 
-    /// A template of the folder.
+    /// Returns the path of a template in the folder.
     fn template(&self) -> Result<PathBuf, String> {
         let shaders = self.folder.join("shaders");
         let entries =
@@ -153,7 +153,7 @@ impl Job {
         }
     }
 
-    /// Some step has to fail and say this, and the summary has to have it.
+    /// Checks that a step fails with this message, and that the summary contains the message.
     fn fails(&self, what: &str, lines: &[String], says: &str) -> Result<(), String> {
         let _ = std::fs::remove_file(self.folder.join("summary.md"));
         let steps = self.steps(lines)?;

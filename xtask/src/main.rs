@@ -95,7 +95,7 @@ environment:
   UMBRAGRAPH_TIMES=N         N times as many of them: what `soak` sets and prints
 ";
 
-/// A command of the command line.
+/// A subcommand with its options.
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum Command {
     Demo,
@@ -131,7 +131,7 @@ fn main() -> ExitCode {
     if fine { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
 
-/// Runs a command. Returns whether it succeeded; the command itself has printed its failures.
+/// Runs a command. Returns `true` if it succeeded; the command itself has printed its failures.
 ///
 /// # Errors
 /// A failure that the command has not printed.

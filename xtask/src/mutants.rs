@@ -6,30 +6,31 @@
 
 use crate::{process, toolchain};
 
-/// The files that receive faults with `--rust`.
+/// The source files that receive artificial faults with `--rust`.
 const FILES: &[&str] = &["passes/src/**", "scene/src/**", "graph/compiler/src/**", "graph/executor/src/**"];
 
-/// The packages and tests that must find the faults: they compare plans, placements and draws with a simulation, a
-/// number, a picture or a diagnostic. Building and running all tests would take several minutes for each fault.
+/// The packages whose tests must detect the faults: they compare results with a simulation, a number, a picture or a
+/// diagnostic. Running all tests would take several minutes for each fault.
 const PACKAGES: &str = "umbragraph,umbragraph-compiler,umbragraph-executor,umbragraph-passes,umbragraph-scene,umbragraph-tools,umbragraph-verify";
 const TESTS: &str = "kind(lib) or test(/^(broken|caching|checker|device_limits|engine|executing|executor|golden|graph|graph_orders|lights|moment_shadows|nebula|own_scenes|penumbrae|webgpu_rules)::/) or binary(scenes)";
 /// Features of a build that needs no graphics driver.
 const FEATURES: &[&str] = &["--features", "umbragraph/noop"];
 
-/// The kind and number of the faults.
+/// The kind and number of the artificial faults.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Options {
     pub(crate) rust: bool,
-    /// The number of faults, chosen by the seed; all if absent.
+    /// The number of faults, chosen by the seed; `None` for all.
     pub(crate) sample: Option<u32>,
     pub(crate) seed: Option<u64>,
-    /// The number of templates tested in parallel; the number of cores if absent.
+    /// The number of templates tested in parallel; `None` for the number of cores.
     pub(crate) jobs: Option<u32>,
-    /// Only templates or files whose name contains this text.
+    /// Tests only templates or files whose name contains this text; `None` for all.
     pub(crate) within: Option<String>,
 }
 
-/// Runs the command.
+/// Tests whether the tests detect artificial faults in templates, or in Rust code with `rust`. Returns `true` on
+/// success.
 pub(crate) fn run(options: &Options) -> Result<bool, String> {
     if options.rust { rust(options) } else { templates(options) }
 }

@@ -3,13 +3,13 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// The root of the workspace.
+/// Returns the root folder of the workspace.
 pub(crate) fn workspace_root() -> PathBuf {
     let package = Path::new(env!("CARGO_MANIFEST_DIR"));
     package.parent().unwrap_or(package).to_path_buf()
 }
 
-/// The folder into which cargo builds.
+/// Returns the folder into which cargo builds.
 pub(crate) fn target_folder() -> PathBuf {
     match std::env::var_os("CARGO_TARGET_DIR") {
         Some(folder) if !folder.is_empty() => workspace_root().join(folder),
@@ -17,7 +17,7 @@ pub(crate) fn target_folder() -> PathBuf {
     }
 }
 
-/// A program to be run from the root of the workspace; `cargo` is the one that runs this command.
+/// Creates a command that runs in the root of the workspace; `cargo` is the one that runs this program.
 pub(crate) fn program(name: &str) -> Command {
     let mut command = match (name, std::env::var_os("CARGO")) {
         ("cargo", Some(cargo)) => Command::new(cargo),
@@ -34,10 +34,10 @@ pub(crate) fn program(name: &str) -> Command {
     command
 }
 
-/// Runs a command, which is called `shown`.
+/// Runs a command, whose name in messages is `shown`.
 ///
 /// # Errors
-/// It could not be started, or fails.
+/// The command could not be started, or fails.
 pub(crate) fn run(command: &mut Command, shown: &str) -> Result<(), String> {
     match command.status() {
         Ok(status) if status.success() => Ok(()),
@@ -46,22 +46,22 @@ pub(crate) fn run(command: &mut Command, shown: &str) -> Result<(), String> {
     }
 }
 
-/// Runs a command of cargo, which prints its own errors; returns whether it succeeds.
+/// Runs a cargo command, which prints its own errors. Returns `true` if it succeeds.
 ///
 /// # Errors
-/// It could not be started.
+/// The command could not be started.
 pub(crate) fn cargo(command: &mut Command) -> Result<bool, String> {
     let status = command.status().map_err(|error| format!("cargo could not be started: {error}"))?;
     Ok(status.success())
 }
 
-/// Runs a program and returns its output, if it succeeds.
+/// Runs a program and returns its standard output; `None` if it fails.
 pub(crate) fn output(name: &str, arguments: &[&str]) -> Option<String> {
     let output = program(name).args(arguments).output().ok()?;
     output.status.success().then(|| String::from_utf8_lossy(&output.stdout).into_owned())
 }
 
-/// Whether a program runs and succeeds, its output discarded.
+/// Runs a program without showing its output. Returns `true` if it succeeds.
 pub(crate) fn succeeds(name: &str, arguments: &[&str]) -> bool {
     program(name).args(arguments).output().is_ok_and(|output| output.status.success())
 }

@@ -9,16 +9,16 @@ use std::path::{Path, PathBuf};
 
 use crate::process;
 
-/// The folder of the scenes, from the root of the workspace.
+/// The folder of the scenes, relative to the root of the workspace.
 const SCENES: &str = "examples/scenes";
 
-/// The folder of the scenes that `--check` writes, below the target folder of cargo.
+/// The folder for the scenes that `--check` writes, below the target folder of cargo.
 const COMPARED: &str = "scenes";
 
 /// The size in bytes that every scene must stay below.
 const MAX_BYTES: u64 = 1_000_000;
 
-/// Runs the command.
+/// Writes the scenes, or compares them with those in the tree if `check` is set. Returns `true` on success.
 pub(crate) fn run(check: bool) -> Result<bool, String> {
     let root = process::workspace_root();
     let in_tree = root.join(SCENES);
@@ -29,12 +29,12 @@ pub(crate) fn run(check: bool) -> Result<bool, String> {
     if faults.is_empty() { Ok(true) } else { Err(faults.join("\n")) }
 }
 
-/// The names of the scenes that have a program, sorted.
+/// Returns the names of the scenes that have a generating program, sorted.
 fn names(root: &Path) -> Result<BTreeSet<String>, String> {
     entries(&root.join("examples"), |name| name.strip_prefix("write_"))
 }
 
-/// The scenes in a folder, sorted.
+/// Returns the names of the scenes in a folder, sorted.
 fn files(folder: &Path) -> Result<BTreeSet<String>, String> {
     entries(folder, |name| name.strip_suffix(".glb"))
 }
@@ -53,7 +53,7 @@ fn file(folder: &Path, name: &str) -> PathBuf {
     folder.join(format!("{name}.glb"))
 }
 
-/// Has every program write its scene into a folder.
+/// Runs every scene's program, which writes the scene into a folder.
 fn write(names: &BTreeSet<String>, folder: &Path) -> Result<(), String> {
     std::fs::create_dir_all(folder).map_err(|error| format!("{}: {error}", folder.display()))?;
     for name in names {
@@ -71,7 +71,7 @@ fn write(names: &BTreeSet<String>, folder: &Path) -> Result<(), String> {
     Ok(())
 }
 
-/// The differences between the scenes just written and those in the tree.
+/// Returns descriptions of the differences between the scenes just written and those in the tree.
 fn compare(names: &BTreeSet<String>, written: &Path, in_tree: &Path) -> Vec<String> {
     let mut faults = too_large(names, written);
     match files(in_tree) {
@@ -93,7 +93,7 @@ fn compare(names: &BTreeSet<String>, written: &Path, in_tree: &Path) -> Vec<Stri
     faults
 }
 
-/// Says where two files differ.
+/// Describes the first difference between two files; `None` if they are equal.
 fn difference(name: &str, new: &[u8], old: &[u8]) -> Option<String> {
     let at = new.iter().zip(old).position(|(new, old)| new != old);
     let at = at.or_else(|| (new.len() != old.len()).then(|| new.len().min(old.len())))?;

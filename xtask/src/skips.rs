@@ -5,10 +5,10 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// The variable that tells tests where to write.
+/// The environment variable with the path of the file in which tests record skips.
 pub(crate) const VARIABLE: &str = "UMBRAGRAPH_SKIP_LOG";
 
-/// A log that is empty at first.
+/// Returns the path of the log of skipped tests, after removing an old log.
 pub(crate) fn new_log(target: &Path) -> PathBuf {
     let log = target.join("skipped-tests.log");
     // Where there is none there is nothing to remove; where it cannot be, the counts are too high and are looked at.
@@ -16,7 +16,7 @@ pub(crate) fn new_log(target: &Path) -> PathBuf {
     log
 }
 
-/// The lines of the summary: each reason with its count.
+/// Returns a line for each reason for skipping, with the number of tests.
 pub(crate) fn report(log: &Path) -> Vec<String> {
     count(&std::fs::read_to_string(log).unwrap_or_default())
         .into_iter()

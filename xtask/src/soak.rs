@@ -12,30 +12,30 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use crate::{integrations, process};
 
-/// The factor on the number of cases in a round, if only the time is given.
+/// The factor for the number of cases in a round, if only the time is given.
 const TIMES: u32 = 10;
 
-/// The edits of files under the viewer's window for each of those times.
+/// The number of file edits while the viewer's window is open, multiplied by the factor.
 const EDITS: u32 = 20;
 
 /// The maximum time of random input to the viewer's window, in seconds.
 const WINDOW_SECONDS: u64 = 30 * 60;
 
-/// The maximum time of the run that looks for growth, in seconds.
+/// The maximum time of the run that detects memory growth, in seconds.
 const LONG_SECONDS: u64 = 60 * 60;
 
 /// The duration, the number of cases and the first seed.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Options {
-    /// The number of seconds in which new rounds begin; one round if absent.
+    /// The time in seconds during which new rounds begin; `None` for a single round.
     pub(crate) seconds: Option<u64>,
-    /// The factor on the number of cases.
+    /// The factor for the number of cases; `None` for the default.
     pub(crate) times: Option<u32>,
-    /// The seed of the first round; the current time if absent.
+    /// The seed of the first round; `None` for the current time in seconds.
     pub(crate) seed: Option<u64>,
 }
 
-/// Runs the command.
+/// Runs the randomized tests in rounds. Returns `true` if all passed.
 pub(crate) fn run(options: &Options) -> Result<bool, String> {
     let mut tests = BTreeSet::new();
     collect(&process::workspace_root(), &mut tests);
@@ -86,7 +86,7 @@ pub(crate) fn run(options: &Options) -> Result<bool, String> {
     }
 }
 
-/// Collects the names of the tests in the files below a folder that use the shared helper.
+/// Collects the names of the tests below a folder that use the shared `property` helper.
 fn collect(folder: &Path, tests: &mut BTreeSet<String>) {
     for path in std::fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path()) {
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
@@ -100,7 +100,7 @@ fn collect(folder: &Path, tests: &mut BTreeSet<String>) {
     }
 }
 
-/// The names of the tests of a file that uses the shared helper.
+/// Returns the names of the tests in a source file that uses the shared `property` helper.
 fn names(text: &str) -> Vec<String> {
     let asks = ["config(", "part(", "seed()", "times()"].map(|call| format!("property::{call}"));
     if !asks.iter().any(|call| text.contains(call)) {

@@ -2,7 +2,7 @@
 
 use crate::toolchain::Component;
 
-/// One program to run, and its purpose.
+/// A cargo command to run, and its name in the summary.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Step {
     pub(crate) name: &'static str,
@@ -26,18 +26,19 @@ impl Step {
         self
     }
 
-    /// The step as it would be typed.
+    /// Returns the step as a shell command line.
     pub(crate) fn command_line(&self) -> String {
         let variables = self.environment.iter().map(|(name, value)| format!("{name}=\"{value}\" "));
         format!("{}cargo {}", variables.collect::<String>(), self.arguments.join(" "))
     }
 }
 
-/// Tests that a second driver of Vulkan runs: a driver that misbehaves, narrowed devices, and reference pictures of two
-/// systems.
+/// Filters for the tests that a second Vulkan driver runs: a misbehaving driver, limited devices, and reference
+/// pictures of two systems.
 const ON_SECOND_DRIVER: &str = "misbehaving narrowed::nebula golden::nebula golden::mantis::courtyard";
 
-/// All steps, the quickest verdicts first; `second` is the manifest of a second driver of Vulkan.
+/// Returns all steps, the quickest first. `second` is the manifest of a second Vulkan driver; `None` leaves its step
+/// out.
 pub(crate) fn steps(nextest: bool, wasm: bool, second: Option<&'static str>) -> Vec<Step> {
     use Component::{Clippy, Rustdoc, Rustfmt};
     let tests = if nextest {

@@ -7,16 +7,16 @@ use std::time::Duration;
 pub(crate) struct Outcome {
     pub(crate) name: &'static str,
     pub(crate) elapsed: Duration,
-    /// The reason of the failure, if it failed.
+    /// The reason of the failure; `None` if the step succeeded.
     pub(crate) failure: Option<String>,
 }
 
-/// Whether every step went well.
+/// Returns `true` if every step succeeded.
 pub(crate) fn all_passed(outcomes: &[Outcome]) -> bool {
     outcomes.iter().all(|outcome| outcome.failure.is_none())
 }
 
-/// A table of the steps, the skipped tests and the verdict.
+/// Returns a text with the table of steps, the skipped tests and the verdict.
 pub(crate) fn summary(outcomes: &[Outcome], skips: &[String]) -> String {
     let width = outcomes.iter().map(|outcome| outcome.name.len()).max().unwrap_or(0);
     let mut text = String::new();

@@ -7,7 +7,7 @@ use crate::steps::{Step, steps};
 use crate::summary::{Outcome, all_passed, summary};
 use crate::{adapter, drivers, process, skips, toolchain};
 
-/// Runs the command.
+/// Runs all checks and tests, and prints a summary. Returns `true` if every step succeeded.
 pub(crate) fn run() -> Result<bool, String> {
     if !adapter::ensure() {
         eprintln!(

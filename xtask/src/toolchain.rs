@@ -2,7 +2,7 @@
 
 use crate::process;
 
-/// A component that is installed separately from cargo.
+/// A tool that is installed separately from cargo.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Component {
     Rustfmt,
@@ -11,7 +11,7 @@ pub(crate) enum Component {
 }
 
 impl Component {
-    /// The missing component and the command that installs it; `None` if it is installed.
+    /// Returns advice on a missing component with the command that installs it; `None` if it is installed.
     pub(crate) fn missing(self) -> Option<String> {
         let present = match self {
             Self::Rustfmt => process::succeeds("cargo", &["fmt", "--version"]),
@@ -38,14 +38,14 @@ impl Component {
     }
 }
 
-/// Whether the standard library for browsers is installed.
+/// Returns `true` if the standard library for WebAssembly is installed.
 pub(crate) fn has_wasm() -> bool {
     let folder =
         process::output("rustc", &["--print", "target-libdir", "--target", "wasm32-unknown-unknown"]);
     folder.is_some_and(|folder| std::path::Path::new(folder.trim()).is_dir())
 }
 
-/// Whether cargo-nextest is installed.
+/// Returns `true` if cargo-nextest is installed.
 pub(crate) fn has_nextest() -> bool {
     process::succeeds("cargo", &["nextest", "--version"])
 }

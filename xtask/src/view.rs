@@ -4,10 +4,10 @@
 
 use crate::{adapter, process};
 
-/// The arguments where none are given.
+/// The arguments of the viewer if none are given.
 const DEFAULTS: [&str; 3] = ["pipelines/umbra.json", "--scene", "examples/scenes/courtyard.glb"];
 
-/// Runs the command; with whether the window was closed in good order.
+/// Builds and runs the viewer. Returns `true` if its window was closed without errors.
 pub(crate) fn run(arguments: &[String]) -> Result<bool, String> {
     adapter::ensure_if_possible();
     let mut command = process::program("cargo");

@@ -7,7 +7,7 @@ use std::path::Path;
 
 use crate::{process, toolchain};
 
-/// Steps besides building.
+/// Optional steps after building the web page.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Options {
     pub(crate) test: bool,
@@ -16,10 +16,10 @@ pub(crate) struct Options {
 
 const TARGET: &str = "wasm32-unknown-unknown";
 
-/// The libraries: the folder of each, and the features that it is built with.
+/// The WebAssembly modules to build: the folder and the cargo options of each.
 const LIBRARIES: [(&str, &[&str]); 2] = [("checker", &["--no-default-features"]), ("painter", &[])];
 
-/// Runs the command.
+/// Builds the web page, and tests or serves it if requested.
 pub(crate) fn run(options: Options) -> Result<bool, String> {
     if !toolchain::has_wasm() {
         return Err(format!(
@@ -50,7 +50,7 @@ pub(crate) fn run(options: Options) -> Result<bool, String> {
     Ok(true)
 }
 
-/// Builds the library with some features, as a module in a folder.
+/// Builds the library with the given cargo options as a WebAssembly module in a folder.
 fn build(folder: &Path, features: &[&str]) -> Result<(), String> {
     let arguments = ["build", "--package", "umbragraph-web", "--target", TARGET, "--profile", "web"];
     process::run(process::program("cargo").args(arguments).args(features), "cargo")?;
@@ -59,7 +59,7 @@ fn build(folder: &Path, features: &[&str]) -> Result<(), String> {
     process::run(process::program("cargo").args(bindgen).arg(library).arg(folder), "umbragraph-bindgen")
 }
 
-/// Runs node or npm in the folder of the page.
+/// Runs node or npm in the folder `web`.
 fn node(name: &str, arguments: &[&str], paths: &[&Path]) -> Result<(), String> {
     let mut command = process::program(name);
     command.current_dir(process::workspace_root().join("web"));

@@ -78,7 +78,7 @@ fn ours(graph: &Graph) -> Duration {
     start.elapsed()
 }
 
-/// The time of a first compile, and of a second one with what the first left in the pool.
+/// Returns the time of a first compilation, and of a second one that reuses the resources in the pool.
 fn rival(graph: &Graph, device: Option<&wgpu::Device>) -> (Duration, Duration) {
     let mut storage = GraphStorage::new();
     let mut pool = TransientPool::new();

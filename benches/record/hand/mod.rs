@@ -20,7 +20,7 @@ pub(crate) struct ByHand {
     blocks: wgpu::Buffer,
     staging: Vec<u8>,
     fills: Vec<Fill>,
-    /// Offset, bytes, bytes from view to view, and whose views.
+    /// Byte offset, size in bytes, byte stride between views, and the views' name, for each block.
     places: Vec<(usize, usize, usize, Option<String>)>,
     view: BlackboardData,
     pub(crate) counts: Counts,
@@ -35,26 +35,26 @@ pub(crate) struct Counts {
     pub(crate) groups: u64,
 }
 
-/// A block that data fills.
+/// A uniform block that is filled with data in each frame.
 struct Fill {
     layout: BlockLayout,
     data: String,
     offset: usize,
     size: usize,
-    /// Bytes from view to view, where it is a block of the view.
+    /// The byte stride between views; `None` for a block that does not depend on the view.
     stride: Option<usize>,
 }
 
 struct Pass {
     name: String,
-    /// Whether it goes on in the render pass of the one before.
+    /// Set if the pass continues the render pass of the previous one.
     joins: bool,
     color: Vec<(wgpu::TextureView, wgpu::LoadOp<wgpu::Color>, wgpu::StoreOp)>,
-    /// A view of each layer.
+    /// A depth view for each layer.
     depth: Vec<wgpu::TextureView>,
     depth_ops: (wgpu::LoadOp<f32>, wgpu::StoreOp),
     extent: [u32; 2],
-    /// Index, bind group, bytes from view to view.
+    /// The index, the bind group, and the byte stride between views (`None` without a dynamic offset).
     groups: Vec<(u32, wgpu::BindGroup, Option<u32>)>,
     what: What,
 }
@@ -72,7 +72,7 @@ enum What {
 }
 
 impl ByHand {
-    /// The frame.
+    /// Records a frame into a command encoder.
     pub(crate) fn record(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,

@@ -8,7 +8,7 @@ use umbragraph::work::{
     BoundSlot, Draw, Filter, RenderWork, ResourceHandle, Sampler, SlotSource, TextureView,
 };
 
-/// A bind group that the host fills.
+/// Creates a bind group with resources that the host provides.
 pub(super) fn host_group<'a>(
     device: &wgpu::Device,
     (program, layouts): (&Program, &[Option<wgpu::BindGroupLayout>]),

@@ -10,12 +10,12 @@ use super::{Choices, one_of, parse_size};
 
 #[derive(Args)]
 pub(crate) struct GraphArguments {
-    /// The pipeline.
+    /// The pipeline file.
     pub(crate) pipeline: PathBuf,
-    /// The format: svg, html, dot, mermaid or json. By default the one that the extension of --out names, else svg.
+    /// The format: svg, html, dot, mermaid or json. The default is the extension of --out, or else svg.
     #[arg(long, value_name = "NAME", value_parser = one_of("forms", GraphFormat::ALL, GraphFormat::name))]
     pub(crate) format: Option<GraphFormat>,
-    /// The file to write; without it the output goes to standard output.
+    /// The file to write; the default is standard output.
     #[arg(long, value_name = "FILE")]
     pub(crate) out: Option<PathBuf>,
     /// A second pipeline to compare with; html only.
@@ -24,7 +24,7 @@ pub(crate) struct GraphArguments {
     /// Shows the pictures of resources that `render --capture-all` has written to a folder; html only.
     #[arg(long, value_name = "FOLDER")]
     pub(crate) captures: Option<PathBuf>,
-    /// Shows the times of passes that `render --trace` has written; html only.
+    /// Shows the times of passes from a file of `render --trace`; html only.
     #[arg(long, value_name = "FILE.json")]
     pub(crate) timings: Option<PathBuf>,
     #[command(flatten)]
@@ -32,7 +32,7 @@ pub(crate) struct GraphArguments {
 }
 
 impl GraphArguments {
-    /// Whether a page is asked for, by the form or by the extension of the file.
+    /// Returns `true` if the output is an HTML page, by the format or by the extension of the output file.
     pub(super) fn is_page(&self) -> bool {
         let by_extension = self.out.as_deref().and_then(Path::extension).is_some_and(|it| it == "html");
         self.format.map_or(by_extension, |format| format == GraphFormat::Html)
@@ -41,41 +41,41 @@ impl GraphArguments {
 
 #[derive(Args)]
 pub(crate) struct DiffArguments {
-    /// The first pipeline, or a report of one that `graph --format json` has printed.
+    /// The first pipeline, or a JSON report from `graph --format json`.
     pub(crate) before: PathBuf,
-    /// The second; without it the first one again, with what is said of the second alone.
+    /// The second pipeline. By default, the first one again, with the settings for the second pipeline.
     #[arg(required_unless_present_any = ["after_set", "after_feature", "after_preset", "after_params", "after_profile", "after_size", "after_objective"])]
     pub(crate) after: Option<PathBuf>,
-    /// Compares two locks of `umbragraph permutations`: the shaders that a change adds.
+    /// Compares two lock files of `umbragraph permutations`, and lists the shaders that a change adds.
     #[arg(long, requires = "after")]
     pub(crate) lock: bool,
     #[command(flatten)]
     pub(crate) choices: Choices,
-    /// Gives a parameter of the second pipeline alone a value.
+    /// Sets a parameter of the second pipeline only.
     #[arg(long, value_name = "NAME=VALUE")]
     pub(crate) after_set: Vec<String>,
-    /// Gives a feature of the second pipeline alone a value.
+    /// Sets a feature of the second pipeline only.
     #[arg(long, value_name = "NAME[=VALUE]")]
     pub(crate) after_feature: Vec<String>,
-    /// Takes a preset for the second pipeline alone.
+    /// Selects a preset for the second pipeline only.
     #[arg(long, value_name = "NAME")]
     pub(crate) after_preset: Option<String>,
-    /// Takes a parameter file for the second pipeline alone.
+    /// Takes a parameter file for the second pipeline only.
     #[arg(long, value_name = "FILE")]
     pub(crate) after_params: Vec<PathBuf>,
-    /// The target profile of the second pipeline alone.
+    /// The target profile of the second pipeline only.
     #[arg(long, value_name = "NAME")]
     pub(crate) after_profile: Option<String>,
-    /// Width and height of the second picture alone.
+    /// Width and height of the second picture only, in pixels.
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub(crate) after_size: Option<[u32; 2]>,
-    /// The aim of the order of the second plan alone.
+    /// The goal of the pass order of the second plan only.
     #[arg(long, value_name = "NAME", value_parser = one_of("objectives", Objective::ALL, Objective::name))]
     pub(crate) after_objective: Option<Objective>,
 }
 
 impl DiffArguments {
-    /// The choices of the second pipeline: the common ones, and over them its own.
+    /// Returns the options of the second pipeline: the common ones, overridden by the `--after-…` options.
     pub(crate) fn after_choices(&self) -> Choices {
         let mut choices = self.choices.clone();
         choices.settings.set.extend(self.after_set.iter().cloned());

@@ -8,64 +8,65 @@ use super::{AnswerFormat, Choices};
 use crate::render::capture::CaptureArgument;
 use umbragraph::low_level::camera_path::CameraArgument;
 
-/// The adapter that draws.
+/// The option that selects the graphics adapter.
 #[derive(Args)]
 pub(crate) struct Drawn {
-    /// Draws with the adapter whose name or backend contains this; `umbragraph adapters` lists them. Without it
-    /// WGPU_ADAPTER_NAME, WGPU_BACKEND and WGPU_POWER_PREF choose, or else the best is taken.
+    /// Uses the adapter whose name or backend contains this text; `umbragraph adapters` lists them. By default,
+    /// WGPU_ADAPTER_NAME, WGPU_BACKEND and WGPU_POWER_PREF select the adapter, or else the best one is taken.
     #[arg(long, value_name = "NAME")]
     pub(crate) adapter: Option<String>,
 }
 
 #[derive(Args)]
 pub(crate) struct AdaptersArguments {
-    /// The form of the list: human or json.
+    /// The format of the list: human or json.
     #[arg(long, value_enum, value_name = "NAME", default_value_t)]
     pub(crate) format: AnswerFormat,
 }
 
 #[derive(Args)]
 pub(crate) struct RenderArguments {
-    /// The pipeline.
+    /// The pipeline file.
     pub(crate) pipeline: PathBuf,
     /// The glTF scene (.gltf or .glb).
     #[arg(long, value_name = "FILE")]
     pub(crate) scene: PathBuf,
-    /// An equirectangular picture, .hdr or .exr, as light and background: switches the pipeline's feature "environment"
+    /// An equirectangular picture (.hdr or .exr) as light and background. Switches the pipeline's feature "environment"
     /// on.
     #[arg(long, value_name = "FILE")]
     pub(crate) environment: Option<PathBuf>,
-    /// The picture to write: a .png, or an .exr with the numbers of the target; for several frames a .png with # in
-    /// place of the number, an .apng or a .gif.
+    /// The picture to write: a .png, or an .exr with unconverted numbers. For several frames: a .png with # in place of
+    /// the frame number, an .apng or a .gif.
     #[arg(long, value_name = "FILE")]
     pub(crate) out: PathBuf,
-    /// Renders so many frames, in which what earlier ones left lives on; the scene's animations play.
+    /// Renders this number of frames; history resources keep their content between frames, and the scene's animations
+    /// play.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) frames: Option<u32>,
     #[command(flatten)]
     pub(crate) film: Film,
-    /// Writes what a texture holds after the last frame (with @PASS the version that the pass wrote, with a mip level,
-    /// a layer and a face those alone) to a .png, or as numbers to an .exr.
+    /// Writes the content of a texture after the last frame to a .png, or as numbers to an .exr. @PASS selects the
+    /// version that the pass wrote; a mip level, a layer and a face select a part.
     #[arg(long, value_name = "RESOURCE[@PASS][:MIP,LAYER,FACE]=FILE", value_parser = CaptureArgument::parse)]
     pub(crate) capture: Vec<CaptureArgument>,
-    /// Writes what every texture holds after the last frame to a folder.
+    /// Writes the content of every texture after the last frame to a folder.
     #[arg(long, value_name = "FOLDER")]
     pub(crate) capture_all: Option<PathBuf>,
-    /// Writes a page of the run into a folder, to be attached to a bug report: frame, graph, what every pass reads and
-    /// writes, times, memory, diagnostics, parameters.
+    /// Writes an HTML page about the run into a folder, for a bug report. It shows the frame, the graph, inputs and
+    /// outputs of every pass, times, memory, diagnostics and parameters.
     #[arg(long, value_name = "FOLDER")]
     pub(crate) report: Option<PathBuf>,
-    /// Prints how long the processor and the GPU work on each pass: the mean of all frames but the first.
+    /// Prints the CPU and GPU time of each pass: the mean of all frames but the first.
     #[arg(long)]
     pub(crate) timings: bool,
-    /// Writes when the processor and the GPU work on each pass of each frame, as a trace for ui.perfetto.dev.
+    /// Writes the CPU and GPU times of each pass in each frame as a trace for ui.perfetto.dev.
     #[arg(long, value_name = "FILE.json")]
     pub(crate) trace: Option<PathBuf>,
     /// Compresses PNG files less, in a fraction of the time.
     #[arg(long)]
     pub(crate) fast: bool,
-    /// Switches a toggle; without a value it is switched on. With @FRAME from that frame on, counted from 0. Toggles
-    /// change nothing about the plan.
+    /// Sets a toggle; without a value it is switched on. @FRAME delays the change to that frame, counted from 0.
+    /// Toggles never change the plan.
     #[arg(long = "toggle", value_name = "NAME[=on|off][@FRAME]", value_parser = ToggleArgument::parse)]
     pub(crate) toggles: Vec<ToggleArgument>,
     #[command(flatten)]
@@ -74,33 +75,33 @@ pub(crate) struct RenderArguments {
     pub(crate) choices: Choices,
 }
 
-/// When the frames of a scene are, and from where they are seen.
+/// The times and the camera of the frames of a scene.
 #[derive(Args)]
 pub(crate) struct Film {
-    /// Frames a second.
+    /// The number of frames per second.
     #[arg(long, value_name = "F", default_value_t = 30.0, value_parser = parse_rate)]
     pub(crate) fps: f64,
-    /// Seconds since the start of the scene's animations, of the first frame.
+    /// The animation time of the first frame, in seconds.
     #[arg(long, alias = "time", value_name = "SECONDS", default_value_t = 0.0, allow_hyphen_values = true, value_parser = parse_seconds)]
     pub(crate) at: f64,
-    /// The path of the camera: orbit, walk, random (elsewhere in every frame; random:SEED), or a file with its keys.
-    /// Without it the scene's own camera.
+    /// The path of the camera: orbit, walk, random (a new place in every frame; random:SEED), or a file with key
+    /// frames. The default is the scene's own camera.
     #[arg(long, value_name = "orbit|walk|random|FILE", value_parser = CameraArgument::parse)]
     pub(crate) camera: Option<CameraArgument>,
 }
 
-/// A frame of several.
+/// The time of one frame of a sequence.
 #[derive(Clone, Copy)]
 pub(crate) struct Shot {
     pub(crate) index: u32,
-    /// Seconds.
+    /// The animation time in seconds.
     pub(crate) time: f64,
-    /// The fraction of the whole path that lies behind it.
+    /// The position on the camera path, as a fraction of its length from 0 to 1.
     pub(crate) part: f64,
 }
 
 impl Film {
-    /// The first frames.
+    /// Returns the given number of frames, beginning with frame 0.
     pub(crate) fn shots(&self, frames: u32) -> impl Iterator<Item = Shot> + use<> {
         let (at, fps) = (self.at, self.fps);
         (0..frames).map(move |index| {
@@ -124,7 +125,7 @@ fn parse_rate(text: &str) -> Result<f64, String> {
     }
 }
 
-/// The state of a toggle from a frame on.
+/// The state of a toggle, and the first frame at which it holds.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct ToggleArgument {
     pub(crate) name: String,

@@ -8,72 +8,74 @@ use super::{CacheArguments, DiagnosticsFormat, Files, Settings};
 use crate::permutations::Shard;
 use crate::validator::ExternalValidator;
 
-/// The options that take a part of what is reached, or more; a lock has exactly that.
+/// The options that make the validated set smaller or larger than the reachable set, so that no lock file can be
+/// written from it.
 const PARTIAL: [&str; 8] = ["all", "config", "set", "feature", "preset", "params", "axes", "profiles"];
 
 #[derive(Args)]
 pub(crate) struct PermutationsArguments {
-    /// The pipelines; without --all or --axes at least one.
+    /// The pipelines; at least one unless --all or --axes is given.
     #[arg(required_unless_present_any = ["all", "axes"])]
     pub(crate) pipelines: Vec<PathBuf>,
-    /// Only these target profiles; without one those that the pipelines claim, or webgpu.
+    /// Validates only for these target profiles. The default is the profiles that the pipelines claim, or webgpu.
     #[arg(long = "profile", value_name = "NAME")]
     pub(crate) profiles: Vec<String>,
-    /// Everything that the templates of the pipelines, or all templates, can express. What is dead in a folder of
-    /// `--templates` is reported always, and with this also in other templates, unless further ones share and may need
-    /// it.
+    /// Validates every variant that the templates of the pipelines, or all templates, can express. Also reports dead
+    /// code in bundled templates, unless further templates may use it.
     #[arg(long, conflicts_with_all = ["set", "feature", "preset", "params"])]
     pub(crate) all: bool,
-    /// One configuration: the pipeline's defaults; implied by anything that gives settings their values.
+    /// Validates one configuration: the pipeline's defaults with the given settings; implied by --set, --feature,
+    /// --preset and --params.
     #[arg(long, conflicts_with = "all")]
     pub(crate) config: bool,
     #[command(flatten)]
     pub(crate) settings: Settings,
-    /// The number of threads; without it as many as there are processors. The outcome is the same with any number.
+    /// The number of threads; the default is the number of processors. The result does not depend on the number.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(crate) threads: Option<u16>,
-    /// Writes every distinct text to a folder, with its pass and axes in its name.
+    /// Writes every distinct shader source to a folder; the file names contain the pass and its axis values.
     #[arg(long, value_name = "FOLDER")]
     pub(crate) write: Option<PathBuf>,
     /// Lists the axes of the templates instead of checking.
     #[arg(long)]
     pub(crate) axes: bool,
-    /// A further validator for every distinct text, such as 'tint --format wgsl -o /dev/null {}'.
+    /// An additional validator for every distinct shader source, such as 'tint --format wgsl -o /dev/null {}'.
     #[arg(long, value_name = "COMMAND", value_parser = ExternalValidator::parse)]
     pub(crate) also: Vec<ExternalValidator>,
-    /// The time limit of a further validator for one text.
+    /// The time limit of an additional validator for one shader source, in seconds.
     #[arg(long, value_name = "SECONDS", default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..=3600))]
     pub(crate) also_time_limit: u64,
-    /// Proves each distinct text by itself, not only a few that together hold every declaration.
+    /// Validates each distinct shader source separately, not only a few that together contain every declaration.
     #[arg(long)]
     pub(crate) exhaustive: bool,
-    /// A line for each pass as well, one for what was proven now, and notes.
+    /// Also prints a line for each pass, one for the newly validated variants, and notes.
     #[arg(long)]
     pub(crate) verbose: bool,
-    /// The third of eight parts of the work, for several machines. The parts are the same on each, of about equal cost,
-    /// and together the whole.
+    /// Validates one part of the work, such as 3/8, for several machines. The parts are the same on each machine, of
+    /// about equal cost, and together complete.
     #[arg(long, value_name = "K/N", value_parser = Shard::parse, conflicts_with_all = ["all", "axes", "config", "set", "feature", "preset", "params"])]
     pub(crate) shard: Option<Shard>,
-    /// Joins the JSON reports of all shards, which are given instead of pipelines, into one.
+    /// Joins the JSON reports of all shards, which are given in place of pipelines, into one.
     #[arg(long, conflicts_with_all = ["shard", "all", "axes", "config", "set", "feature", "preset", "params", "profiles", "write", "also", "exhaustive"])]
     pub(crate) merge: bool,
-    /// Fails if other shaders are reached than the lock says, and names the passes and the values that differ.
+    /// Fails if the reachable shaders differ from those in the lock file, and names the passes and the values that
+    /// differ.
     #[arg(long, group = "uses_lock", conflicts_with_all = PARTIAL)]
     pub(crate) locked: bool,
-    /// Writes what is reached into the lock, to be committed, and says what differs from before.
+    /// Writes the reachable shaders into the lock file, to be committed, and prints the differences.
     #[arg(long, group = "uses_lock", conflicts_with_all = PARTIAL)]
     pub(crate) update: bool,
-    /// The lock that --locked compares with, or --update writes; without it permutations.lock.
+    /// The lock file that --locked compares with, or --update writes; the default is permutations.lock.
     #[arg(long, value_name = "FILE", requires = "uses_lock")]
     pub(crate) lock: Option<PathBuf>,
-    /// The budgets of passes: numbers of texts, bytes, bindings, registers, and cost; without it
-    /// permutations.budgets.json, if there is one.
+    /// The budgets of passes: numbers of shader sources, bytes, bindings, registers, and cost. The default is
+    /// permutations.budgets.json, if the file exists.
     #[arg(long, value_name = "FILE", conflicts_with = "shard", conflicts_with_all = PARTIAL)]
     pub(crate) budgets: Option<PathBuf>,
-    /// Figures of an offline compiler for variants, by their hashes, to be put into the JSON report.
+    /// Measurements of an offline compiler, by the hashes of variants, to be added to the JSON report.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["merge", "axes", "shard"])]
     pub(crate) measured: Option<PathBuf>,
-    /// The form of the diagnostics: human, json, github, sarif or junit.
+    /// The format of the diagnostics: human, json, github, sarif or junit.
     #[arg(long, value_enum, value_name = "NAME", default_value_t)]
     pub(crate) format: DiagnosticsFormat,
     #[command(flatten)]
@@ -83,7 +85,7 @@ pub(crate) struct PermutationsArguments {
 }
 
 impl PermutationsArguments {
-    /// Whether what is proven is a part of what is reached, or more.
+    /// Returns `true` if the validated set differs from the reachable set of variants.
     pub(crate) fn is_partial(&self) -> bool {
         self.all || self.config || !self.settings.is_empty() || !self.profiles.is_empty()
     }

@@ -8,17 +8,17 @@ use super::Choices;
 
 #[derive(Args)]
 pub(crate) struct WatchArguments {
-    /// The pipelines.
+    /// The pipeline files.
     #[arg(required = true)]
     pub(crate) pipelines: Vec<PathBuf>,
-    /// Checks one configuration, not all: the defaults, or the settings that are given.
+    /// Checks one configuration instead of all: the defaults with the given settings.
     #[arg(long)]
     pub(crate) config: bool,
-    /// Writes the picture of the first pipeline after each change, if its configuration has no error, to a .png.
+    /// Renders the first pipeline to a .png after each change, if its configuration has no error.
     #[cfg(feature = "gpu")]
     #[arg(long, value_name = "FILE", requires = "scene")]
     pub(crate) render: Option<PathBuf>,
-    /// The glTF scene of the picture (.gltf or .glb).
+    /// The glTF scene to render (.gltf or .glb).
     #[cfg(feature = "gpu")]
     #[arg(long, value_name = "FILE", requires = "render")]
     pub(crate) scene: Option<PathBuf>,

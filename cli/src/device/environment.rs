@@ -12,25 +12,25 @@
 use umbragraph::diagnostic::{Diagnostic, Place, list_of};
 use wgpu::Backends;
 
-/// The names of an adapter. The first that is set counts.
+/// The environment variables that name an adapter, in order of precedence.
 const NAMES: [&str; 2] = ["WGPU_ADAPTER_NAME", "UMBRAGRAPH_ADAPTER"];
 
-/// The adapter that is wanted.
+/// The criteria for choosing an adapter.
 #[derive(Debug, Default, PartialEq)]
 pub(super) struct Wanted {
-    /// The backends to be asked.
+    /// The backends to search; `None` searches all.
     pub(super) backends: Option<Backends>,
-    /// A part of the name or the backend, and who says so.
+    /// A part of the adapter's name or backend, and the option or variable that gave it.
     pub(super) name: Option<(String, &'static str)>,
-    /// Whether integrated GPUs come before discrete ones.
+    /// Set if integrated GPUs come before discrete ones.
     pub(super) low_power: bool,
 }
 
 impl Wanted {
-    /// The wishes of the command line and the environment.
+    /// Reads the criteria from the command line and the environment.
     ///
     /// # Errors
-    /// A value that a variable cannot have.
+    /// An invalid value of an environment variable.
     pub(super) fn new(named: Option<&str>) -> Result<Self, Diagnostic> {
         Self::of(named, &|name| std::env::var_os(name).map(|value| value.to_string_lossy().into_owned()))
     }

@@ -25,7 +25,7 @@ impl Log for Messages {
     fn flush(&self) {}
 }
 
-/// Prints messages from here on, where a variable asks for them.
+/// Begins to print log messages of wgpu, if `WGPU_DEBUG` or `WGPU_VALIDATION` is set.
 pub(super) fn listen() {
     let asks = |name| std::env::var_os(name).is_some_and(|value| !value.is_empty() && value != "0");
     if ["WGPU_DEBUG", "WGPU_VALIDATION"].into_iter().any(asks) && log::set_logger(&Messages).is_ok() {

@@ -10,20 +10,20 @@ use super::{Figure, Lock, Pipeline, Texts, is_notable};
 /// The maximum number of passes that are named in one line.
 const NAMES: usize = 4;
 
-/// One difference.
+/// One difference between two lock files.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Change {
     pub(crate) pipeline: String,
-    /// A pass that has it; `None` for a difference of the pipeline as a whole.
+    /// The affected pass; `None` for a difference of the entire pipeline.
     pub(crate) pass: Option<String>,
-    /// The words, without the pipeline.
+    /// The description of the difference, without the pipeline's name.
     pub(crate) message: String,
 }
 
-/// A difference of a pass: a verb, and its object.
+/// The description of a difference of a pass: a verb, and its object.
 type Body = (&'static str, String);
 
-/// All that differs, in the order of pipelines and passes.
+/// Returns all differences between two lock files, in the order of pipelines and passes.
 pub(crate) fn difference(before: &Lock, after: &Lock) -> Vec<Change> {
     let paths: BTreeSet<&String> = before.pipelines.keys().chain(after.pipelines.keys()).collect();
     let mut changes = Vec::new();
@@ -42,7 +42,7 @@ pub(crate) fn difference(before: &Lock, after: &Lock) -> Vec<Change> {
     changes
 }
 
-/// The numbers of passes and of texts, of one profile or of all.
+/// Describes the numbers of passes and shader sources, for one profile, or for all if `None`.
 fn size(pipeline: &Pipeline, profile: Option<&str>) -> String {
     let is_of = |name: &str| profile.is_none_or(|profile| profile == name);
     let mut passes = BTreeSet::new();
@@ -95,7 +95,7 @@ fn of_pipeline(path: &str, before: &Pipeline, after: &Pipeline) -> Vec<Change> {
     changes
 }
 
-/// The texts of a pass for a profile, by template.
+/// Returns the shader sources of a pass for a profile, by template.
 fn programs_of<'p>(pipeline: &'p Pipeline, pass: &str, profile: &str) -> BTreeMap<&'p str, &'p Texts> {
     let first = (pass.to_owned(), String::new());
     let own = pipeline.programs.range(first..).take_while(|((name, _), _)| name == pass);
@@ -128,7 +128,7 @@ fn of_pass(before: BTreeMap<&str, &Texts>, after: BTreeMap<&str, &Texts>) -> Vec
     bodies
 }
 
-/// The difference of the texts of a template; `None` where there is none.
+/// Describes the difference between the shader sources of a template; `None` if they are equal.
 fn of_texts(before: &Texts, after: &Texts) -> Option<String> {
     if before == after {
         return None;

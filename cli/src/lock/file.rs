@@ -18,32 +18,33 @@ use crate::codes;
 use crate::replace::replace;
 use crate::session::Session;
 
-/// The maximum bytes of a lock.
+/// The maximum size in bytes of a lock file.
 const MAX_BYTES: u64 = 64 << 20;
 
-/// The lock where none is named.
+/// The path of the lock file if the command line names none.
 pub(crate) const DEFAULT: &str = "permutations.lock";
 
-/// The path of a lock.
+/// The path of a lock file.
 pub(crate) struct LockFile<'p> {
     path: &'p Path,
 }
 
-/// The places of passes, by the names of pipelines and passes.
+/// The source places of passes, by the names of pipeline and pass.
 pub(crate) type PassPlaces = BTreeMap<(String, String), Span>;
 
-/// Lines of templates with the cost that arises at each.
+/// Lines of templates, each with its share of the cost.
 type Expensive = Vec<(Span, u64)>;
 
-/// All that diagnostics show of passes besides figures.
+/// The source places of passes and of expensive lines that diagnostics show.
 pub(crate) struct Shown<'a> {
     pub(crate) places: &'a PassPlaces,
-    /// The lines of templates that cost most in the worst text of a pass of a pipeline.
+    /// Returns the most expensive template lines in the most expensive shader variant of a pass, from the names of the
+    /// pipeline and the pass.
     pub(crate) expensive: &'a dyn Fn(&str, &str) -> Expensive,
 }
 
 impl Shown<'_> {
-    /// Adds the lines that cost most to a diagnostic about the cost of a pass.
+    /// Adds the most expensive template lines to a diagnostic about the cost of a pass.
     pub(crate) fn with_lines(&self, diagnostic: Diagnostic, pipeline: &str, pass: &str) -> Diagnostic {
         let add = |diagnostic: Diagnostic, (line, cost): (Span, u64)| {
             diagnostic.related(line, format!("{cost} of the cost is here"))
@@ -57,8 +58,7 @@ impl<'p> LockFile<'p> {
         Self { path }
     }
 
-    /// The name of a pipeline in the lock: its path as seen from the folder of the lock, so that no machine's folders
-    /// are in it.
+    /// Returns the name of a pipeline in the lock file: its path relative to the lock file's folder.
     pub(crate) fn name_of(&self, pipeline: &Path) -> String {
         let slashed = |path: &Path| path.display().to_string().replace('\\', "/");
         let plain = |path: &Path| Some(normalize(&std::path::absolute(path).ok()?));
@@ -75,7 +75,7 @@ impl<'p> LockFile<'p> {
         slashed(&up.chain(path.components().skip(shared)).collect::<PathBuf>())
     }
 
-    /// The name of a pipeline that is named in the file by some path.
+    /// Normalizes the name of a pipeline in the file, which may be any relative path.
     pub(crate) fn usual(&self, name: &str) -> String {
         match name.starts_with("umbragraph:") {
             true => name.to_owned(),
@@ -83,12 +83,12 @@ impl<'p> LockFile<'p> {
         }
     }
 
-    /// Whether the file of a pipeline of the lock is there.
+    /// Returns `true` if the pipeline with this name in the lock file exists on disk, or is bundled with the command.
     pub(crate) fn exists(&self, name: &str) -> bool {
         name.starts_with("umbragraph:") || self.path.parent().unwrap_or(Path::new("")).join(name).is_file()
     }
 
-    /// The way out: the command that writes it.
+    /// Returns the help text with the command that writes the lock file.
     fn mend(&self) -> String {
         let is_default = self.path == Path::new(DEFAULT);
         let lock = if is_default { String::new() } else { format!(" --lock {}", self.name()) };
@@ -99,7 +99,7 @@ impl<'p> LockFile<'p> {
         self.path.display().to_string()
     }
 
-    /// The text of the file; `None` where there is none.
+    /// Reads the text of the lock file; `None` if the file does not exist.
     fn text(&self) -> Result<Option<String>, Diagnostic> {
         let failed = |reason: String| {
             let message = format!("the lock \"{}\" cannot be read: {reason}", self.name());
@@ -115,14 +115,15 @@ impl<'p> LockFile<'p> {
         }
     }
 
-    /// The differences of a lock from what is reached of some pipelines; with those whose files are gone.
+    /// Returns the differences between the lock file and the reachable shaders. Includes locked pipelines whose files
+    /// no longer exist.
     fn changes(&self, lock: &Lock, reached: &Lock) -> Vec<Change> {
         let mut before = lock.clone();
         before.pipelines.retain(|name, _| reached.pipelines.contains_key(name) || !self.exists(name));
         difference(&before, reached)
     }
 
-    /// Whether the lock says what is reached.
+    /// Returns `true` if the lock file exists and has no difference from the reachable shaders.
     pub(crate) fn is_held(&self, reached: &Lock) -> bool {
         let text = self.text().ok().flatten();
         let parsed = text.and_then(|text| Parsed::new(&text).ok());
@@ -130,10 +131,10 @@ impl<'p> LockFile<'p> {
     }
 }
 
-/// A lock of the disk, with its text among the sources; `None` where there is no file.
+/// Reads and parses a lock file, and adds its text to the session's sources; `None` if the file does not exist.
 ///
 /// # Errors
-/// A file that is no lock.
+/// A file that is no valid lock file.
 pub(crate) fn read(session: &mut Session, path: &Path) -> Result<Option<(Parsed, Span)>, Diagnostic> {
     let file = LockFile::new(path);
     let Some(text) = file.text()? else { return Ok(None) };
@@ -146,7 +147,7 @@ pub(crate) fn read(session: &mut Session, path: &Path) -> Result<Option<(Parsed,
     }
 }
 
-/// Holds what is reached to the lock: a diagnostic for each difference, at the pass.
+/// Compares the reachable shaders with the lock file, and adds a diagnostic for each difference.
 pub(crate) fn hold(session: &mut Session, file: &LockFile<'_>, reached: &Lock, shown: &Shown<'_>) {
     let (parsed, whole) = match read(session, file.path) {
         Ok(Some(found)) => found,
@@ -180,7 +181,7 @@ pub(crate) fn hold(session: &mut Session, file: &LockFile<'_>, reached: &Lock, s
     }
 }
 
-/// Whether a pass costs notably more than before for some profile.
+/// Returns `true` if a pass costs notably more than before for some profile.
 fn costs_more(before: &Lock, after: &Lock, (pipeline, pass): &(String, String)) -> bool {
     let costs = |lock: &Lock| -> BTreeMap<String, u64> {
         let programs = lock.pipelines.get(pipeline).into_iter().flat_map(|one| &one.programs);
@@ -191,7 +192,7 @@ fn costs_more(before: &Lock, after: &Lock, (pipeline, pass): &(String, String)) 
     costs(after).iter().any(|(profile, cost)| before.get(profile).is_some_and(|old| is_notable(*old, *cost)))
 }
 
-/// Writes what is reached of some pipelines into the lock; the differences in words.
+/// Writes the reachable shaders of some pipelines into the lock file, and returns a description of the differences.
 ///
 /// # Errors
 /// A file that cannot be written, or that names further pipelines and cannot be read.

@@ -23,50 +23,50 @@ pub(crate) use file::{DEFAULT, LockFile, PassPlaces, Shown, hold, read, update};
 use text::Parsed;
 pub(crate) use text::with_values;
 
-/// The program of a pass: the name of the pass, and the template.
+/// The key of a pass's shaders: the name of the pass and of its template.
 pub(crate) type Program = (String, String);
 
-/// The shaders that pipelines reach, by the paths of the pipelines.
+/// The reachable shaders of pipelines, by the paths of the pipelines.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct Lock {
     pub(crate) pipelines: BTreeMap<String, Pipeline>,
 }
 
-/// The shaders that one pipeline reaches.
+/// The reachable shaders of one pipeline, by pass and template, then by profile.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(from = "Vec<Section>", into = "Vec<Section>")]
 pub(crate) struct Pipeline {
     pub(crate) programs: BTreeMap<Program, BTreeMap<String, Texts>>,
 }
 
-/// All texts of a pass for a profile.
+/// Figures of all shader sources of a pass for a profile.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub(crate) struct Texts {
-    /// The values of the axes that the texts read.
+    /// The values of the axes that the shader sources depend on.
     pub(crate) axes: BTreeMap<String, BTreeSet<AxisValue>>,
-    /// The number of combinations of values, as it is printed: it may be a lower bound.
+    /// The number of combinations of axis values, as it is printed: it may be a lower bound.
     pub(crate) combinations: String,
-    /// The number of distinct texts.
+    /// The number of distinct shader sources.
     pub(crate) texts: usize,
-    /// The number of distinct declarations in them: what proving costs.
+    /// The number of distinct declarations in the shader sources, on which the cost of validation depends.
     pub(crate) declarations: usize,
-    /// The bytes of all distinct texts.
+    /// The total size in bytes of all distinct shader sources.
     pub(crate) bytes: usize,
-    /// The hash of all distinct texts.
+    /// The hash of all distinct shader sources.
     pub(crate) hash: String,
-    /// The bytes of the largest text.
+    /// The size in bytes of the largest shader source.
     pub(crate) largest: usize,
-    /// The most bindings of a text.
+    /// The largest number of bindings in a shader source.
     pub(crate) bindings: usize,
-    /// The most registers of an entry point, as they are estimated.
+    /// The largest estimated number of registers of an entry point.
     pub(crate) registers: u64,
     pub(crate) worst: Worst,
 }
 
-/// A figure of texts: its name, and its value.
+/// A figure of shader sources: its name, and the function that returns its value.
 pub(crate) type Figure = (&'static str, fn(&Texts) -> u64);
 
-/// The entry point that costs most.
+/// The most expensive entry point of a pass.
 #[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub(crate) struct Worst {
     pub(crate) cost: u64,
@@ -75,7 +75,7 @@ pub(crate) struct Worst {
     pub(crate) values: AxisValues,
 }
 
-/// Passes and profiles that reach the same texts; the form in which a lock is written.
+/// Passes and profiles that reach the same shader sources: one section of a lock file.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub(crate) struct Section {
     pub(crate) passes: BTreeSet<String>,
@@ -85,7 +85,7 @@ pub(crate) struct Section {
     pub(crate) texts: Texts,
 }
 
-/// Passes that have a program, and the request that proves texts of it.
+/// Passes that share a template and profiles, and the validation request for them.
 #[derive(Clone, Debug)]
 pub(crate) struct Reaching {
     pub(crate) passes: Vec<String>,
@@ -95,7 +95,7 @@ pub(crate) struct Reaching {
 }
 
 impl Pipeline {
-    /// The programs of passes, of the reports on the requests.
+    /// Collects the shaders of passes from the reports on the validation requests.
     pub(crate) fn new(reaching: &[Reaching], reports: &[TemplateReport]) -> Self {
         let by_request: BTreeMap<usize, &TemplateReport> =
             reports.iter().map(|report| (report.request, report)).collect();
@@ -127,7 +127,7 @@ impl Pipeline {
         Self { programs: programs.collect() }
     }
 
-    /// The passes and profiles that reach the same, together.
+    /// Groups the passes and profiles that reach the same shader sources.
     pub(crate) fn sections(&self) -> Vec<Section> {
         let mut passes: BTreeMap<(&str, BTreeSet<&str>, &Texts), BTreeSet<String>> = BTreeMap::new();
         for ((pass, template), profiles) in &self.programs {
@@ -150,7 +150,7 @@ impl Pipeline {
         sections
     }
 
-    /// The profiles of all passes.
+    /// Returns the names of the profiles of all passes.
     pub(crate) fn profiles(&self) -> BTreeSet<&str> {
         self.programs.values().flat_map(|profiles| profiles.keys()).map(String::as_str).collect()
     }
@@ -230,14 +230,14 @@ impl Worst {
     }
 }
 
-/// The variant that costs most; the first of equals.
+/// Returns the most expensive variant; the first one on a tie, `None` if no variant has a cost.
 pub(crate) fn worst<'r>(reports: &[&'r TemplateReport]) -> Option<&'r VariantReport> {
     let all = reports.iter().flat_map(|report| &report.variants).filter(|variant| variant.worst().is_some());
     let cost = |variant: &&VariantReport| variant.worst().map_or(0, |(_, cost)| cost.total);
     all.min_by_key(|variant| std::cmp::Reverse(cost(variant)))
 }
 
-/// Whether a cost is less than another by a tenth or more.
+/// Returns `true` if `less` is smaller than `more` by at least a tenth.
 fn is_notable(less: u64, more: u64) -> bool {
     less.saturating_mul(10) <= more.saturating_mul(9) && less < more
 }

@@ -12,24 +12,24 @@ use umbragraph::low_level::shader::{AxisValue, AxisValues};
 
 use super::{Lock, Pipeline, Section, Texts, Worst};
 
-/// The version of the form.
+/// The version of the lock file format.
 const VERSION: u32 = 1;
-/// The width of a line with several axes.
+/// The maximum number of characters in a line with several axes.
 const WIDTH: usize = 100;
-/// The number of integers in a row from which on they are written as a range.
+/// The minimum number of consecutive integers that are written as a range.
 const MANY: usize = 4;
 
-/// A lock with the places of its parts in its text.
+/// A parsed lock, with the byte ranges of its parts in the file's text.
 #[derive(Debug, Default)]
 pub(crate) struct Parsed {
     pub(crate) lock: Lock,
-    /// The lines of pipelines.
+    /// The byte ranges of the pipeline lines, by pipeline.
     pub(crate) pipelines: BTreeMap<String, Range<usize>>,
-    /// The lines of passes, by pipeline and pass.
+    /// The byte ranges of the pass lines, by pipeline and pass.
     pub(crate) passes: BTreeMap<(String, String), Range<usize>>,
 }
 
-/// A text that is no lock: the place, the reason, and the pipelines that it names all the same.
+/// A text that is no valid lock: the byte range of the error, the message, and the pipelines that the text names.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) struct Invalid {
     pub(crate) range: Range<usize>,
@@ -38,7 +38,7 @@ pub(crate) struct Invalid {
 }
 
 impl Lock {
-    /// The text of the file.
+    /// Returns the text of the lock file.
     pub(crate) fn text(&self) -> String {
         let mut text = format!(
             "# Shaders that pipelines reach. `umbragraph permutations PIPELINE... --update` writes this file,\n# and solves a \
@@ -95,7 +95,7 @@ fn list<S: AsRef<str>>(names: &BTreeSet<S>) -> String {
     names.iter().map(AsRef::as_ref).collect::<Vec<&str>>().join(", ")
 }
 
-/// A value as JSON.
+/// Formats an axis value as JSON.
 fn value(value: &AxisValue) -> String {
     match value {
         AxisValue::Name(name) => serde_json::Value::from(name.as_str()).to_string(),
@@ -103,13 +103,13 @@ fn value(value: &AxisValue) -> String {
     }
 }
 
-/// ` with a = 1, b = "x"`; nothing where there are no values.
+/// Formats axis values as ` with a = 1, b = "x"`; empty if there are no values.
 pub(crate) fn with_values(values: &AxisValues) -> String {
     let pairs: Vec<String> = values.iter().map(|(axis, one)| format!("{axis} = {}", value(one))).collect();
     if pairs.is_empty() { String::new() } else { format!(" with {}", pairs.join(", ")) }
 }
 
-/// Values; integers in a row as `1..8`.
+/// Formats a set of axis values; consecutive integers as `1..8`.
 pub(super) fn written(values: &BTreeSet<AxisValue>) -> String {
     let values: Vec<&AxisValue> = values.iter().collect();
     let mut parts: Vec<String> = Vec::new();
@@ -134,10 +134,10 @@ pub(super) fn written(values: &BTreeSet<AxisValue>) -> String {
 }
 
 impl Parsed {
-    /// Reads a text.
+    /// Parses the text of a lock file.
     ///
     /// # Errors
-    /// The first line that is not understood.
+    /// The first invalid line.
     pub(crate) fn new(text: &str) -> Result<Self, Invalid> {
         let named = |line: &str| Some(line.strip_prefix("pipeline ")?.trim_end().to_owned());
         let invalid = |range: Range<usize>, message: String| Invalid {
@@ -165,10 +165,10 @@ impl Parsed {
 struct Reader {
     parsed: Parsed,
     has_version: bool,
-    /// The path of the pipeline, its profiles and its sections.
+    /// The current pipeline's path, profiles and sections; `None` before the first pipeline.
     pipeline: Option<(String, BTreeSet<String>, Vec<Section>)>,
     section: Option<Section>,
-    /// Whether the section has its counts, and the figures of the worst.
+    /// Flags: the current section has its counts, and the figures of its most expensive entry point.
     has: [bool; 2],
 }
 
@@ -241,7 +241,7 @@ impl Reader {
         Ok(())
     }
 
-    /// A line of a pass.
+    /// Parses a line that belongs to a section of passes.
     fn of_section(&mut self, line: &str, word: &str, rest: &str) -> Result<(), String> {
         let not_understood = || format!("\"{}\" is not a valid line of a lock", line.trim_start());
         let number = |part: &str, name: &str| -> Result<usize, String> {
@@ -289,7 +289,7 @@ impl Reader {
         Ok(())
     }
 
-    /// Axes with their values.
+    /// Parses axes with their values.
     fn axes(&mut self, line: &str, pairs: &[&str]) -> Result<(), String> {
         let not_understood = || format!("\"{}\" is not a valid line of a lock", line.trim_start());
         let section = self.section.as_mut().ok_or_else(not_understood)?;
@@ -335,7 +335,7 @@ fn names(text: &str) -> BTreeSet<String> {
     text.split(", ").filter(|name| !name.is_empty()).map(str::to_owned).collect()
 }
 
-/// The parts between commas outside of quotes.
+/// Splits a text at commas outside of double quotes.
 fn parts(text: &str) -> Vec<&str> {
     let (mut is_quoted, mut is_escaped) = (false, false);
     let is_end = |each: char| {
@@ -347,9 +347,9 @@ fn parts(text: &str) -> Vec<&str> {
     text.split(is_end).map(str::trim).collect()
 }
 
-/// A value, or integers in a row.
+/// Parses an axis value or a range of integers; `None` if the text is neither.
 fn read(part: &str) -> Option<BTreeSet<AxisValue>> {
-    /// Locks are read from disk: nobody makes memory run out by a range.
+    /// The maximum number of integers in a range, which bounds the memory for a damaged file.
     const MAX_RANGE: i64 = 1 << 20;
     if let Some((first, last)) = part.split_once("..").filter(|_| !part.starts_with('"')) {
         let (first, last): (i64, i64) = (first.parse().ok()?, last.parse().ok()?);

@@ -21,13 +21,13 @@ use crate::junit::Fine;
 use crate::lock::{Lock, LockFile, PassPlaces, Pipeline, Section, Shown, hold};
 use crate::session::Session;
 
-/// The maximum bytes of a report, or of a file that a diagnostic is about.
+/// The maximum size in bytes of a report, or of a source file that a diagnostic refers to.
 const MAX_BYTES: u64 = 1 << 30;
 
-/// A report, of a shard or joined.
+/// A JSON report of one shard, or the joined report.
 #[derive(Default, Serialize, Deserialize)]
 struct Report {
-    /// The hash of the run that it is of.
+    /// The fingerprint of the run, equal for all its shards.
     run: String,
     diagnostics: Vec<Value>,
     shard: Option<Shard>,
@@ -49,7 +49,7 @@ struct ReachedPipeline {
     reached: Pipeline,
 }
 
-/// The report on a template.
+/// The report on one template.
 #[derive(PartialEq, Serialize, Deserialize)]
 struct Template {
     name: String,
@@ -116,13 +116,13 @@ impl Report {
         self.declarations += other.declarations;
     }
 
-    /// Whether another report is about a pipeline of this one.
+    /// Returns `true` if both reports contain the same pipeline.
     fn has_one_of(&self, other: &Self) -> bool {
         let is_known = |own: &ReachedPipeline| other.pipelines.iter().any(|one| one.pipeline == own.pipeline);
         self.pipelines.iter().any(is_known)
     }
 
-    /// Puts parts in an order that does not depend on shards, and counts them.
+    /// Sorts the parts in an order that does not depend on the shards, and counts them.
     fn finish(&mut self) {
         self.pipelines.sort_by(|a, b| a.pipeline.cmp(&b.pipeline));
         let hash = |one: &Template| one.variants.first().map(|first| first.hash.clone());
@@ -135,7 +135,7 @@ impl Report {
     }
 }
 
-/// Whether two shards report the same.
+/// Returns `true` if two diagnostics have the same code, severity, message and place.
 fn is_alike(a: &Value, b: &Value) -> bool {
     ["code", "severity", "message", "place"].iter().all(|key| a[key] == b[key])
 }
@@ -149,7 +149,7 @@ fn unite(known: &mut Value, new: &Value) {
     }
 }
 
-/// Joins the reports; whether there was no error in them.
+/// Joins the reports of shards. Returns `true` if the reports contain no error.
 pub(super) fn run(arguments: &PermutationsArguments, session: &mut Session) -> bool {
     let mut joined = Report::default();
     let mut shards: Vec<Option<Shard>> = Vec::new();
@@ -271,7 +271,7 @@ fn read(path: &Path) -> Result<Report, Diagnostic> {
 
 const MIXED: &str = "a report of a whole run cannot be joined with reports of shards";
 
-/// Whether these are all shards of one split, or reports of whole runs.
+/// Checks that the reports are all shards of one run, or all of complete runs.
 fn are_whole(shards: &[Option<Shard>]) -> Result<(), String> {
     let Some(Some(Shard { of, .. })) = shards.first() else {
         let is_mixed = shards.iter().any(Option::is_some);
@@ -294,7 +294,7 @@ fn are_whole(shards: &[Option<Shard>]) -> Result<(), String> {
     if list.is_empty() { Ok(()) } else { Err(format!("these shards are missing: {}", list.join(", "))) }
 }
 
-/// A diagnostic of a report.
+/// Parses a diagnostic of a JSON report.
 fn diagnostic(session: &mut Session, value: &Value) -> Diagnostic {
     let text = |value: &Value| value.as_str().unwrap_or_default().to_owned();
     let id = text(&value["code"]);

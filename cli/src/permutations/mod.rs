@@ -34,7 +34,7 @@ use requests::requests;
 pub(crate) use shard::Shard;
 use shared::shared;
 
-/// Proves variants; whether there were no errors.
+/// Validates the shader variants. Returns `true` if there were no errors.
 pub(crate) fn run(arguments: &PermutationsArguments) -> bool {
     let mut session = Session::new(&arguments.files);
     if arguments.merge {
@@ -141,8 +141,8 @@ pub(crate) fn run(arguments: &PermutationsArguments) -> bool {
     is_fine && is_written
 }
 
-/// The hash of all that the outcome of a run follows from but its shard: this version, the texts of files (whatever
-/// folder they lie in), and the options that choose what is proven.
+/// Returns the hash of everything that determines the outcome of a run, except its shard: version, file contents and
+/// options.
 fn fingerprint(arguments: &PermutationsArguments, session: &Session) -> String {
     let PermutationsArguments { profiles, all, config, settings, exhaustive, also, .. } = arguments;
     let mut hash = blake3::Hasher::new();
@@ -160,13 +160,12 @@ fn fingerprint(arguments: &PermutationsArguments, session: &Session) -> String {
     hash.finalize().to_hex().as_str().chars().take(16).collect()
 }
 
-/// The lock of a run.
+/// Returns the path of the lock file.
 fn lock_path(arguments: &PermutationsArguments) -> &Path {
     arguments.lock.as_deref().unwrap_or(Path::new(DEFAULT))
 }
 
-/// Writes the lock where that is asked; whether nothing keeps it from that. Without a lock it is not known what is
-/// reached.
+/// Writes the lock file if requested. Returns `false` if that failed, or if errors left the reachable shaders unknown.
 fn write_if_whole(arguments: &PermutationsArguments, session: &Session, lock: Option<&Lock>) -> bool {
     match lock {
         _ if !arguments.update => true,
@@ -178,7 +177,7 @@ fn write_if_whole(arguments: &PermutationsArguments, session: &Session, lock: Op
     }
 }
 
-/// Writes the lock, and says what differs from before; whether it could be written.
+/// Writes the lock file and prints the differences. Returns `true` if it could be written.
 fn write_lock(arguments: &PermutationsArguments, session: &Session, lock: &Lock) -> bool {
     match update(&LockFile::new(lock_path(arguments)), lock) {
         Ok(said) => {
@@ -198,7 +197,7 @@ fn list_axes(arguments: &PermutationsArguments, session: &Session, requests: &[R
     }
 }
 
-/// The further validators, each with its place on the command line.
+/// Returns the additional validators, each with its place on the command line.
 fn validators(arguments: &PermutationsArguments, session: &mut Session) -> Vec<ExternalValidator> {
     let time_limit = Duration::from_secs(arguments.also_time_limit);
     let mut placed = |validator: &ExternalValidator| {

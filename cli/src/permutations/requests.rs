@@ -19,7 +19,7 @@ use crate::lock::Reaching;
 use crate::session::{Session, dry_run, profiles};
 use crate::variants::ReachedConfigurations;
 
-/// The variants to prove; `None` if the command line names something that does not exist.
+/// Returns the variants to validate; `None` if the command line names something that does not exist.
 pub(super) fn requests(
     arguments: &PermutationsArguments,
     session: &mut Session,
@@ -168,7 +168,7 @@ pub(super) fn requests(
     Some((requests, counts))
 }
 
-/// The cost of each pipeline and group of profiles, in the order in which they are loaded.
+/// Returns the estimated cost of each pipeline and group of profiles, in the order in which they are loaded.
 fn costs(arguments: &PermutationsArguments, session: &mut Session, asked: &[TargetProfile]) -> Vec<u128> {
     let mut costs = Vec::new();
     for path in &arguments.pipelines {
@@ -185,7 +185,8 @@ fn costs(arguments: &PermutationsArguments, session: &mut Session, asked: &[Targ
     costs
 }
 
-/// The place of a pass in the document. A loop or a subgraph makes passes: theirs is the place of the loop or the use.
+/// Returns the place of a pass in the document. For a pass of a loop or a subgraph, the place of the loop or the
+/// subgraph use.
 fn place_of(document: &Document, pass: &str) -> Option<Span> {
     let entries = document.root.entries_of("passes").iter();
     let is_of =
@@ -198,7 +199,7 @@ fn names(profiles: &[TargetProfile]) -> String {
     profiles.iter().map(|one| one.name.as_str()).collect::<Vec<_>>().join(", ")
 }
 
-/// Profiles in groups that lack the same features, and so reach the same variants.
+/// Groups the profiles that lack the same features, and so reach the same variants.
 fn alike(document: &Document, profiles: &[TargetProfile]) -> Vec<Vec<TargetProfile>> {
     let features = document.root.entries_of("features");
     let mut groups: Vec<(Vec<bool>, Vec<TargetProfile>)> = Vec::new();

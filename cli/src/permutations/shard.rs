@@ -14,7 +14,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use serde::{Deserialize, Serialize};
 use umbragraph::low_level::pipeline::{AxisProduct, ReachedProgram};
 
-/// One of several equal parts.
+/// One of several parts of the work with about equal cost.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct Shard {
     /// The number of the shard, from 1.
@@ -22,20 +22,20 @@ pub(crate) struct Shard {
     pub(crate) of: u32,
 }
 
-/// The shards that share something, each with its share of the cost.
+/// The shards that share a piece of work, each with its part of the cost.
 type Shares = BTreeMap<u32, u128>;
 
-/// The indices of profiles that a shard proves a template for.
+/// The indices of the profiles for which a shard validates a template, by template.
 pub(crate) type Owned<'p> = BTreeMap<&'p str, Vec<usize>>;
 
 /// The maximum number of shards.
 const MAX_SHARDS: u32 = 10_000;
 
 impl Shard {
-    /// Reads `3/8`.
+    /// Parses text such as `3/8`: the shard's number and the number of shards.
     ///
     /// # Errors
-    /// Anything else than a number up to the number of shards.
+    /// Text of another form, or a number outside of 1 to the number of shards.
     pub(crate) fn parse(text: &str) -> Result<Self, String> {
         let form = || format!("\"{text}\" is no shard; the third of eight is written 3/8");
         let (index, of) = text.split_once('/').ok_or_else(form)?;
@@ -53,8 +53,8 @@ impl Shard {
         }
     }
 
-    /// Shares work of these costs: for each the shares of the shards that have a part in it, `None` where this one has
-    /// none. Work that costs more than an equal part is cut; the largest piece goes first, each to who has least.
+    /// Distributes work of these costs over all shards. Returns the shares of each piece, or `None` where this shard
+    /// has none. Work above an equal part is cut; the largest piece goes first, to the shard with the least work.
     pub(crate) fn pieces(self, costs: &[u128]) -> Vec<Option<Shares>> {
         let equal = costs.iter().sum::<u128>().div_ceil(u128::from(self.of)).max(1);
         let cut = |(at, cost): (usize, u128)| {
@@ -74,7 +74,7 @@ impl Shard {
         shares.into_iter().map(own).collect()
     }
 
-    /// The templates of a pipeline that this shard proves, with the profiles.
+    /// Returns the templates of a pipeline that this shard validates, with the indices of the profiles.
     pub(crate) fn owned<'p>(
         self,
         shares: &Shares,
@@ -116,14 +116,14 @@ impl Shard {
     }
 }
 
-/// A rough estimate, without a unit, of the cost of loading configurations and proving what they reach.
+/// Returns a rough, unitless estimate of the cost of loading configurations and validating their reachable variants.
 pub(crate) fn cost(configurations: usize, passes: usize) -> u128 {
     let states = (configurations.max(1) * passes.max(1)) as u128;
     states * states.isqrt()
 }
 
-/// The cost of a product of axis values among those of one pipeline. Declarations repeat, so it grows slower than the
-/// number of combinations.
+/// Returns the relative cost of a product of axis values within a pipeline. Declarations repeat, so the cost grows
+/// slower than the number of combinations.
 fn weight(product: &AxisProduct) -> u128 {
     let combinations = product.values().fold(1_u128, |all, values| all.saturating_mul(values.len() as u128));
     let bits = u128::from(u128::BITS - combinations.leading_zeros());

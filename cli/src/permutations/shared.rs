@@ -6,14 +6,14 @@ use umbragraph::low_level::source::FileId;
 
 use crate::session::Session;
 
-/// The templates that stand alone: those of which no other names.
+/// Returns the names of the templates that no other template names; files below `lib/` are excluded.
 pub(super) fn whole_templates(session: &Session) -> Vec<String> {
     let named: BTreeSet<&str> = session.templates.names().flat_map(|name| named_in(session, name)).collect();
     let is_part = |name: &str| name.starts_with("lib/") || named.contains(name);
     session.templates.names().filter(|name| !is_part(name)).map(str::to_owned).collect()
 }
 
-/// The templates that the text of one names, in quotes.
+/// Returns the names of the templates that the source of a template names in quotes.
 fn named_in<'s>(session: &'s Session, name: &str) -> Vec<&'s str> {
     let file = session.templates.file(name).and_then(|file| session.sources().get(file));
     let text = file.map(|file| file.text().clone()).unwrap_or_else(|| "".into());
@@ -26,8 +26,8 @@ fn named_in<'s>(session: &'s Session, name: &str) -> Vec<&'s str> {
     session.templates.names().filter(|other| *other != name && quoted(other)).collect()
 }
 
-/// The files in which nothing is called dead, whatever the templates of these names need of them: those that another
-/// template which stands alone uses as well, and all that come with this program where there is a folder of others.
+/// Returns the files in which no code is reported as dead, because other templates may use it. With a folder of own
+/// templates, all bundled files are included.
 pub(super) fn shared(session: &Session, names: &BTreeSet<String>) -> BTreeSet<FileId> {
     let files = |name: &str| {
         let templates = &session.templates;

@@ -1,6 +1,6 @@
 //! Pieces of Markdown.
 
-/// A table with a heading; empty without rows.
+/// Returns a Markdown table with a heading; empty without rows.
 pub(super) fn table<const N: usize>(heading: [&str; N], rows: &[[String; N]]) -> String {
     if rows.is_empty() {
         return String::new();
@@ -14,7 +14,7 @@ pub(super) fn table<const N: usize>(heading: [&str; N], rows: &[[String; N]]) ->
     text
 }
 
-/// A phrase as a sentence.
+/// Makes a sentence of a phrase: a capital letter at the beginning and a full stop at the end.
 pub(super) fn sentence(phrase: &str) -> String {
     let mut letters = phrase.chars();
     let Some(first) = letters.next() else { return String::new() };
@@ -22,7 +22,7 @@ pub(super) fn sentence(phrase: &str) -> String {
     first.to_uppercase().chain(letters).chain(end.chars()).collect()
 }
 
-/// Markdown without the addresses of its links, for a terminal.
+/// Removes the targets of Markdown links, for a terminal.
 pub(super) fn without_links(text: &str) -> String {
     let mut out = String::new();
     let mut rest = text;

@@ -9,7 +9,7 @@ use umbragraph::low_level::source::Sources;
 use super::markdown::table;
 use super::page::{Entry, Page};
 
-/// A struct of the contract: its name, the template that declares it, and its purpose.
+/// The structs of the interface between materials and lights: name, declaring template, and purpose.
 const STRUCTS: [(&str, &str, &str); 6] = [
     (
         "Surface",
@@ -84,7 +84,7 @@ pub(super) fn page() -> Page {
     }
 }
 
-/// The members of a struct of a template: name, type, and the comment above each.
+/// Returns the members of a struct in a template: name, type, and the comment above each.
 fn members(text: &str, name: &str) -> Vec<[String; 3]> {
     let Some((_, body)) = text.split_once(&format!("struct {name} {{\n")) else { return Vec::new() };
     let (mut comment, mut rows) = (Vec::new(), Vec::new());

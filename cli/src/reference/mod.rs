@@ -22,7 +22,7 @@ use crate::arguments::ReferenceArguments;
 use crate::replace::replace;
 use crate::streams::{complain, print};
 
-/// Prints an entry, or the list of all, or writes the pages; whether that could be done.
+/// Prints an entry or the list of entries, or writes the pages. Returns `true` on success.
 pub(crate) fn run(arguments: &ReferenceArguments) -> bool {
     let pages = pages();
     if let Some(folder) = &arguments.write {

@@ -1,18 +1,18 @@
 //! Pages of the reference, and the entries on them.
 
-/// One thing of the reference.
+/// One entry of the reference.
 pub(super) struct Entry {
-    /// The name by which it is asked for.
+    /// The name by which users find the entry.
     pub(super) name: String,
     /// A description in one line.
     pub(super) summary: String,
-    /// The whole page, as Markdown.
+    /// The complete text of the entry, as Markdown.
     pub(super) text: String,
 }
 
-/// A file of the reference.
+/// A Markdown file of the reference.
 pub(super) struct Page {
-    /// The name of the file, without its ending.
+    /// The name of the file, without its extension.
     pub(super) name: &'static str,
     pub(super) title: &'static str,
     pub(super) introduction: &'static str,
@@ -20,7 +20,7 @@ pub(super) struct Page {
 }
 
 impl Page {
-    /// The page as Markdown.
+    /// Returns the page as Markdown.
     pub(super) fn markdown(&self) -> String {
         let mut text = format!(
             "# {}\n\n<!-- Written by `umbragraph reference --write docs/reference`. -->\n\n{}\n",

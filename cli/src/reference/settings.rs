@@ -10,7 +10,7 @@ use umbragraph::node::Registry;
 use super::markdown::{sentence, table};
 use super::page::{Entry, Page};
 
-/// The definition of what every pass can have.
+/// The name of the schema definition with the keys that every pass can have.
 const PASS: &str = "Pass";
 
 pub(super) struct Settings {
@@ -25,7 +25,7 @@ impl Settings {
         Self { registry, schema }
     }
 
-    /// The keys of a document.
+    /// Returns the page about the keys of a document.
     pub(super) fn document(&self) -> Page {
         let kinds: BTreeSet<&str> = self.registry.iter().map(|kind| kind.name()).collect();
         let pipeline = Entry {
@@ -69,7 +69,7 @@ impl Settings {
         }
     }
 
-    /// The node kinds.
+    /// Returns the page about the node kinds.
     pub(super) fn kinds(&self) -> Page {
         let entries = self.registry.iter().map(|kind| {
             let definition = self
@@ -95,7 +95,7 @@ impl Settings {
         }
     }
 
-    /// The types that documents and node kinds share.
+    /// Returns the page about the types that documents and node kinds share.
     pub(super) fn types(&self) -> Page {
         let kinds: BTreeSet<&str> = self
             .definition(PASS)
@@ -136,7 +136,7 @@ impl Settings {
     }
 }
 
-/// The file beside a template.
+/// Returns the entry about the axes file of a template.
 fn axes() -> Entry {
     let schema = umbragraph::low_level::shader::axes_schema();
     let mut file = schema.clone();
@@ -156,7 +156,7 @@ fn axes() -> Entry {
     Entry { name: "axes".to_owned(), summary: summary.to_owned(), text }
 }
 
-/// The words before a table of published values.
+/// Returns the sentence before a table of published values.
 fn heading(when: &str, shape: &DataShape) -> String {
     let views = if shape.max_views > 0 { ", besides views" } else { "" };
     let sizes: Vec<String> = shape.sizes.iter().map(|(name, _)| format!("`{name}`")).collect();
@@ -180,7 +180,7 @@ fn published(shape: &DataShape) -> String {
     table(["value", "type", "what"], &rows)
 }
 
-/// A table of the properties of an object.
+/// Returns a Markdown table of the properties of an object.
 fn properties(schema: &Json, wanted: impl Fn(&str) -> bool) -> String {
     let required: BTreeSet<&str> =
         schema["required"].as_array().into_iter().flatten().filter_map(Json::as_str).collect();
@@ -197,7 +197,7 @@ fn properties(schema: &Json, wanted: impl Fn(&str) -> bool) -> String {
     table(["key", "type", "what"], &rows)
 }
 
-/// The alternatives of a type that is no object with named keys, as a table.
+/// Returns a table of the alternatives of a type that is no object with named keys.
 fn alternatives(schema: &Json) -> String {
     let rows: Vec<[String; 2]> = ["anyOf", "oneOf"]
         .iter()
@@ -212,7 +212,7 @@ fn alternatives(schema: &Json) -> String {
     }
 }
 
-/// A type in words, with links to those that have an entry.
+/// Describes a type, with links to types that have an entry.
 fn type_of(schema: &Json) -> String {
     if let Some(path) = schema["$ref"].as_str() {
         return match last(path) {
@@ -279,7 +279,7 @@ fn description(schema: &Json) -> String {
         .replace("`]", "`")
 }
 
-/// The name at the end of a reference into the schema.
+/// Returns the name at the end of a reference into the schema.
 fn last(path: &str) -> &str {
     path.rsplit('/').next().unwrap_or(path)
 }

@@ -70,7 +70,8 @@ pub(super) fn page() -> Page {
     }
 }
 
-/// A template whose expressions are words: the name of a value, or the texts between which an axis chooses.
+/// Replaces the expressions in a template by plain words: the name of a value, or the alternatives that an axis
+/// selects.
 fn without_tags(text: &str) -> String {
     let mut parts = text.split("{{ ");
     let mut out = parts.next().unwrap_or_default().to_owned();
@@ -90,8 +91,8 @@ fn without_tags(text: &str) -> String {
     out
 }
 
-/// The comment with which a template begins, on one line for each paragraph; without one, what is said of its first
-/// function.
+/// Returns the comment at the beginning of a template, one line for each paragraph. Without one, the description of its
+/// first function.
 fn about(text: &str) -> String {
     let Some(comment) = text.strip_prefix("{#").and_then(|rest| rest.split("#}").next()) else {
         return declarations(text, true)
@@ -105,7 +106,7 @@ fn about(text: &str) -> String {
     paragraphs.collect::<Vec<_>>().join("\n\n").trim().to_owned()
 }
 
-/// The first sentence, which does not end at an initial.
+/// Returns the first sentence of a text, which does not end after an initial.
 fn first_sentence(text: &str) -> &str {
     let text = text.lines().next().unwrap_or_default();
     let end = text.match_indices(". ").find(|(at, _)| {
@@ -117,8 +118,8 @@ fn first_sentence(text: &str) -> &str {
     end.map_or(text, |(at, _)| &text[..=at])
 }
 
-/// The structs and functions that a template gives to those that include it, each with the comment above it. What a
-/// block is made of is said at its binding, and what exists in several variants once.
+/// Returns the structs and functions that a template offers to including templates, each with its comment. Declarations
+/// in several variants appear once; blocks are described at their bindings.
 pub(super) fn declarations(text: &str, included: bool) -> Vec<[String; 2]> {
     let mut rows: Vec<[String; 2]> = Vec::new();
     let (mut comment, mut entry_point) = (Vec::new(), false);
@@ -160,7 +161,7 @@ pub(super) fn declarations(text: &str, included: bool) -> Vec<[String; 2]> {
     rows
 }
 
-/// The place and the declaration of each binding.
+/// Returns the place and the declaration of each binding.
 fn bindings(text: &str) -> impl Iterator<Item = (&str, &str)> {
     text.lines().filter_map(|line| {
         let declared = line.trim().strip_prefix("@group(")?;
@@ -172,7 +173,8 @@ fn bindings(text: &str) -> impl Iterator<Item = (&str, &str)> {
     })
 }
 
-/// The members of the struct that a binding is of, where the same text declares it: all that some variant has.
+/// Returns the members of the struct of a binding, over all variants. `None` if the template does not declare the
+/// struct.
 fn members(text: &str, declared: &str) -> Option<String> {
     let (_, of) = declared.rsplit_once(": ")?;
     let (_, body) = text.split_once(&format!("struct {of} {{"))?;
@@ -190,12 +192,12 @@ fn members(text: &str, declared: &str) -> Option<String> {
     (!members.is_empty()).then(|| members.join(", "))
 }
 
-/// The texts in double quotes that follow some words.
+/// Returns the double-quoted texts that directly follow some words.
 fn quoted_after<'a>(text: &'a str, words: &'a str) -> impl Iterator<Item = &'a str> {
     text.split(words).skip(1).filter_map(|rest| rest.strip_prefix('"')?.split('"').next())
 }
 
-/// The name of a heading in links.
+/// Returns the link anchor of a heading.
 pub(super) fn anchor(heading: &str) -> String {
     let letters =
         heading.chars().filter(|letter| letter.is_alphanumeric() || matches!(letter, '_' | '-' | ' '));

@@ -16,7 +16,7 @@ pub(crate) struct CaptureArgument {
     reference: String,
     mip: u32,
     layer: Option<u32>,
-    /// The face of a cube, as a layer of it.
+    /// The face of a cube map, as an index of an array layer.
     face: Option<u32>,
     file: PathBuf,
 }
@@ -27,7 +27,7 @@ impl CaptureArgument {
     /// Parses `RESOURCE[@PASS][:MIP[,LAYER][,FACE]]=FILE`, the value of `--capture`.
     ///
     /// # Errors
-    /// A sentence for the command line.
+    /// A message for the command line.
     pub(crate) fn parse(text: &str) -> Result<Self, String> {
         let (what, file) =
             text.split_once('=').ok_or("a capture is RESOURCE[@PASS][:MIP,LAYER,FACE]=FILE")?;
@@ -60,21 +60,21 @@ impl CaptureArgument {
     }
 }
 
-/// A texture that is looked at, and where it goes.
+/// A texture to capture, and the file for it.
 #[derive(Clone, Debug)]
 pub(super) struct CaptureFile {
     pub(super) capture: Capture,
     layer: Option<u32>,
     content: Content,
-    /// The file to write; `None` for pictures on the page of the run.
+    /// The file to write; `None` for pictures on the report page.
     file: Option<PathBuf>,
     format: Format,
 }
 
-/// The captures of a plan, and the document that adds them to its pipeline.
+/// Returns the captures of a plan, and the document that adds them to its pipeline.
 ///
 /// # Errors
-/// Resources that do not exist or have no picture, and files that cannot be written: all of them at once.
+/// Resources that do not exist or cannot be shown as a picture, and files that cannot be written: all of them at once.
 pub(super) fn captures(
     plan: &Plan,
     arguments: &[CaptureArgument],
@@ -145,7 +145,7 @@ pub(super) fn captures(
     }
 }
 
-/// Every texture with a picture, as each pass leaves it, and those that no pass writes.
+/// Returns a capture of every single-sampled, non-volume texture after each pass that writes it.
 fn versions(plan: &Plan) -> Vec<CaptureFile> {
     let mut captures = Vec::new();
     for (name, resource) in &plan.resources {
@@ -164,22 +164,22 @@ fn versions(plan: &Plan) -> Vec<CaptureFile> {
 }
 
 impl CaptureFile {
-    /// Whether it is a picture on the page of the run.
+    /// Returns `true` if the capture is a picture on the report page.
     pub(super) fn is_reported(&self) -> bool {
         self.file.is_none()
     }
 
-    /// The picture, with its size.
+    /// Returns the size in pixels and the RGBA bytes of the picture.
     pub(super) fn picture(&self, texels: &Texels) -> ([u32; 2], Vec<u8>) {
         let sheet = sheet(texels, self.content, self.layer);
         let ranges = sheet.ranges(self.content);
         ([sheet.width, sheet.height], sheet.rgba(self.content, &ranges))
     }
 
-    /// Writes what was captured; what is said of it.
+    /// Writes the captured texels to the file, and returns a description of them.
     ///
     /// # Errors
-    /// A layer that is not there, a file that cannot be written.
+    /// A layer that does not exist, or a file that cannot be written.
     pub(super) fn write(
         &self,
         texels: &Texels,

@@ -14,28 +14,29 @@ use umbragraph::low_level::language::Lifetime;
 use super::radiance::{self, Colors};
 use crate::read::read_file;
 
-/// The name of the imported texture, and of the toggle that makes passes read it.
+/// The name of the imported texture.
 const IMPORT: &str = "environment";
 const TOGGLE: &str = "environment_changed";
 
-/// The greatest number of 16 bits.
+/// The largest finite value of a 16-bit float.
 const MAX: f32 = 65504.0;
 
-/// A picture of the surroundings, and what has become of it.
+/// An environment picture, and its state on the device.
 pub(crate) struct Environment {
     colors: Colors,
-    /// The texture that has it.
+    /// The texture that contains the picture; `None` until it is written.
     written: Option<wgpu::Texture>,
-    /// Whether passes have read that texture.
+    /// Set once a pass has read the texture.
     is_read: bool,
 }
 
 impl Environment {
-    /// The picture of a plan that has a texture for one.
+    /// Loads the environment picture for a plan that imports one; `None` if neither a file is given nor the plan needs
+    /// one.
     ///
     /// # Errors
-    /// A file that cannot be read or is no .hdr or .exr, a plan without a texture for it, or one with a texture and no
-    /// file.
+    /// A file that cannot be read or is no .hdr or .exr. A plan without a texture for it, or a plan with a texture but
+    /// no file.
     pub(super) fn of(path: Option<&Path>, plan: &Plan) -> Result<Option<Self>, Diagnostic> {
         let resource = plan.resources.get(IMPORT).filter(|one| one.lifetime == Lifetime::Imported);
         let fits = resource.and_then(|one| one.format) == Some(wgpu::TextureFormat::Rgba16Float);
@@ -68,7 +69,7 @@ impl Environment {
         }
     }
 
-    /// Writes the picture to the import of that name, unless it is there.
+    /// Writes the picture to the imported texture, unless that has been done.
     pub(super) fn bring(&mut self, queue: &wgpu::Queue, imports: &[(String, wgpu::Texture)]) {
         let texture = imports.iter().find(|(name, _)| name == IMPORT).map(|(_, texture)| texture);
         let Some(texture) = texture.filter(|texture| self.written.as_ref() != Some(texture)) else { return };
@@ -88,24 +89,24 @@ impl Environment {
         (self.written, self.is_read) = (Some(texture.clone()), false);
     }
 
-    /// The state of the toggle where an earlier frame has read the picture.
+    /// Returns the new state of the toggle once a frame has read the picture: off from frame 0 on.
     pub(super) fn kept(&self, plan: &Plan) -> Option<(&'static str, (u32, bool))> {
         (self.is_read && plan.toggles.contains_key(TOGGLE)).then_some((TOGGLE, (0, false)))
     }
 
-    /// Notes that a frame was drawn.
+    /// Records that a frame was drawn.
     pub(super) fn drawn(&mut self) {
         self.is_read = true;
     }
 }
 
-/// The picture of a file, by its first bytes.
+/// Decodes a picture as OpenEXR or Radiance, by its first bytes.
 fn decoded(bytes: &[u8]) -> Result<Colors, String> {
     let is_exr = bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]);
     if is_exr { open_exr(bytes) } else { radiance::decode(bytes) }
 }
 
-/// The first layer with red, green and blue of an OpenEXR file.
+/// Decodes the first layer of an OpenEXR file that has red, green and blue.
 fn open_exr(bytes: &[u8]) -> Result<Colors, String> {
     use exr::prelude::*;
     // Memory is taken for the size that the header states.
@@ -134,7 +135,7 @@ fn open_exr(bytes: &[u8]) -> Result<Colors, String> {
     Ok(Colors { width: size.width(), height: size.height(), texels: image.layer_data.channel_data.pixels.1 })
 }
 
-/// A picture of another size, each texel the mean of those that it covers, or the one that it lies in.
+/// Resizes a picture: each texel is the mean of the source texels that it covers, or the source texel around it.
 fn resized(colors: &Colors, width: usize, height: usize) -> Vec<[f32; 3]> {
     let span = |index: usize, count: usize, whole: usize| {
         let first = index * whole / count;
@@ -174,7 +175,7 @@ mod tests {
         assert_eq!((larger.len(), larger[1][0], larger[15][0]), (16, 1.0, 7.0));
     }
 
-    /// The bytes of an OpenEXR picture with a gradient.
+    /// Returns the bytes of an OpenEXR picture with a gradient.
     fn gradient(width: usize, height: usize) -> Vec<u8> {
         use exr::prelude::*;
         let image = Image::from_channels(

@@ -26,7 +26,7 @@ pub(crate) enum Format {
 }
 
 impl Format {
-    /// The format that the extension of a path names.
+    /// Returns the format that the extension of a path names; `None` if the extension is unknown.
     pub(super) fn of(path: &Path) -> Option<Self> {
         let extension = path.extension()?.to_str()?.to_ascii_lowercase();
         match extension.as_str() {
@@ -39,10 +39,10 @@ impl Format {
     }
 }
 
-/// Rejects a file whose format is none of those that can be written there, or whose folder does not exist.
+/// Checks that a file's format can be written and that its folder exists. Returns the format.
 ///
 /// # Errors
-/// The diagnostic, which names the option.
+/// A diagnostic that names the option.
 pub(crate) fn check(option: &str, path: &Path, formats: &[(&str, Format)]) -> Result<Format, Diagnostic> {
     let place = |message: String| Diagnostic::error(codes::PICTURE, Place::Nowhere, message);
     let names: Vec<&str> = formats.iter().map(|(name, _)| *name).collect();
@@ -62,10 +62,10 @@ pub(crate) fn check(option: &str, path: &Path, formats: &[(&str, Format)]) -> Re
     Ok(format)
 }
 
-/// Whether the folder is there that a file is to be written to, before work is done for it.
+/// Checks that the folder of an output file exists, before work is done for the file.
 ///
 /// # Errors
-/// It is not.
+/// The folder does not exist.
 pub(crate) fn check_folder(path: &Path) -> Result<(), Diagnostic> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
     match folder.filter(|folder| !folder.is_dir()) {
@@ -78,7 +78,7 @@ pub(crate) fn check_folder(path: &Path) -> Result<(), Diagnostic> {
     }
 }
 
-/// The effort that compression of PNG files takes.
+/// The compression effort for PNG files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Compression {
     pub(crate) fast: bool,
@@ -97,7 +97,7 @@ fn png_encoder<'a, W: Write>(
     encoder
 }
 
-/// Writes a PNG.
+/// Writes 8-bit RGBA pixels to a PNG file.
 ///
 /// # Errors
 /// A file that cannot be written.
@@ -111,7 +111,7 @@ pub(crate) fn write_png(
     replace(path, &bytes)
 }
 
-/// The bytes of a PNG.
+/// Encodes 8-bit RGBA pixels as a PNG file in memory.
 pub(super) fn png_bytes(
     size: [u32; 2],
     rgba: &[u8],
@@ -124,7 +124,8 @@ pub(super) fn png_bytes(
     Ok(bytes)
 }
 
-/// Writes the numbers themselves as an EXR of 32-bit floats: one channel as `Y` (or `Z`, of depth), else R, G, B and A.
+/// Writes the unconverted numbers as an EXR of 32-bit floats. One channel is named `Y`, or `Z` for depth; several are
+/// R, G, B and A.
 ///
 /// # Errors
 /// A file that cannot be written.
@@ -154,9 +155,9 @@ pub(super) fn write_exr(path: &Path, sheet: &Sheet, is_depth: bool) -> Result<()
     replace(path, &bytes)
 }
 
-/// Frames that become one file, or one file each.
+/// A writer of frames, into one animated file or into one file for each frame.
 pub(super) enum Animation {
-    /// A file for each frame: the path has `#`s where the number goes.
+    /// A file for each frame; the frame's number replaces the `#`s in the path.
     Numbered {
         path: PathBuf,
         size: [u32; 2],
@@ -175,7 +176,7 @@ pub(super) enum Animation {
 }
 
 impl Animation {
-    /// Begins to write frames of a size, so many of them a second.
+    /// Begins to write frames of one size. `rate` is the number of frames per second.
     ///
     /// # Errors
     /// A file that cannot be written.
@@ -214,7 +215,7 @@ impl Animation {
         }
     }
 
-    /// Adds a frame.
+    /// Adds a frame of 8-bit RGBA pixels.
     ///
     /// # Errors
     /// A file that cannot be written.
@@ -234,7 +235,7 @@ impl Animation {
         }
     }
 
-    /// Ends the file.
+    /// Completes and closes the file.
     ///
     /// # Errors
     /// A file that cannot be written.
@@ -254,7 +255,7 @@ impl Animation {
     }
 }
 
-/// The path of a frame: the last run of `#` in the name becomes its number.
+/// Returns the path of a frame's file: the frame's number replaces the last run of `#` in the name.
 pub(super) fn numbered(path: &Path, at: u32) -> PathBuf {
     let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
     let Some(end) = name.rfind('#').map(|last| last + 1) else { return path.to_owned() };
@@ -262,7 +263,7 @@ pub(super) fn numbered(path: &Path, at: u32) -> PathBuf {
     path.with_file_name(format!("{}{at:0digits$}{}", &name[..end - digits], &name[end..]))
 }
 
-/// Whether the name of a path has a place for a number.
+/// Returns `true` if the file name contains a `#` for the frame's number.
 pub(super) fn is_numbered(path: &Path) -> bool {
     path.file_name().is_some_and(|name| name.to_string_lossy().contains('#'))
 }

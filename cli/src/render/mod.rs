@@ -38,7 +38,7 @@ use crate::progress::Progress;
 use crate::session::Session;
 use crate::streams::print;
 
-/// Renders what the arguments ask for; whether there were no errors.
+/// Renders a pipeline as the arguments say. Returns `true` if there were no errors.
 pub(crate) fn run(mut arguments: RenderArguments) -> bool {
     if arguments.environment.is_some() {
         arguments.choices.settings.feature.push("environment".to_owned());
@@ -62,10 +62,10 @@ pub(crate) fn run(mut arguments: RenderArguments) -> bool {
     false
 }
 
-/// Renders the frames, writes the files, and tells in words what was written.
+/// Renders the frames, writes the files, and returns a description of the written files.
 ///
 /// # Errors
-/// Those that the session does not have already.
+/// Diagnostics that the session does not have already.
 fn render(
     arguments: &RenderArguments,
     session: &mut Session,
@@ -163,19 +163,21 @@ fn render(
     Ok(said)
 }
 
-/// The form of the output, from the arguments.
+/// The kind of output that the arguments select.
 struct Output {
-    /// The format of an animation or of numbered pictures; `None` of a single picture.
+    /// The format of an animation or of numbered pictures; `None` for a single picture.
     animation: Option<Format>,
-    /// Whether it is one picture with the numbers themselves.
+    /// Set if the output is a single EXR picture with unconverted numbers.
     is_exr: bool,
     frames: u32,
     compression: Compression,
 }
 
 impl Output {
+    /// Determines the kind of output from the arguments.
+    ///
     /// # Errors
-    /// Arguments that do not go together.
+    /// Arguments that exclude each other.
     fn of(arguments: &RenderArguments) -> Result<Self, Diagnostic> {
         let frames = arguments.frames.unwrap_or(1);
         let formats =
@@ -200,10 +202,10 @@ impl Output {
     }
 }
 
-/// The most times that a frame is planned again, until CPU passes have the sizes that they want.
+/// The maximum number of times that a frame is planned again, until the buffers have the sizes that CPU passes request.
 const ROUNDS: usize = 8;
 
-/// A scene, drawn frame by frame.
+/// A scene that is rendered frame by frame.
 pub(crate) struct Drawing<'a> {
     graphics: &'a Graphics,
     scene: &'a Scene,
@@ -212,26 +214,26 @@ pub(crate) struct Drawing<'a> {
     sources: Sources,
     toggles: &'a [ToggleArgument],
     picture: String,
-    /// The imports of the captures.
+    /// The names of the imported textures for captures.
     captures: Vec<String>,
     draws: SceneResources,
     pose: Pose,
-    /// Obstacles of a camera that moves by itself.
+    /// The obstacles that a moving camera avoids; `None` for other cameras.
     surroundings: Option<Surroundings<'a>>,
     pub(crate) executor: Executor,
     imports: Vec<(String, wgpu::Texture)>,
     environment: Option<Environment>,
     timings: Option<Timings>,
-    /// The lights that no pass read in any frame so far; `None` before the first.
+    /// The names of lights that no pass has read in any frame so far; `None` before the first frame.
     unread_lights: Option<Vec<String>>,
 }
 
-/// Textures that a drawing has besides its picture.
+/// The textures of a drawing besides its picture.
 #[derive(Default)]
 pub(crate) struct Given {
-    /// The names of those that captures are copied to.
+    /// The names of the textures into which captures are copied.
     captures: Vec<String>,
-    /// The picture of the surroundings.
+    /// The environment picture; `None` if there is none.
     environment: Option<Environment>,
 }
 
@@ -272,7 +274,7 @@ impl<'a> Drawing<'a> {
         })
     }
 
-    /// The input of a frame at a time, with the camera on its path; meshes are placed.
+    /// Moves the camera along its path and the meshes to a time. Returns the input of that frame.
     pub(crate) fn input(&mut self, path: &CameraPath, shot: Shot) -> FrameInput {
         let Shot { index, time, part } = shot;
         let index = u64::from(index);
@@ -289,19 +291,19 @@ impl<'a> Drawing<'a> {
         input.camera(camera).index(index)
     }
 
-    /// Places meshes where they are at a time.
+    /// Moves the meshes to an animation time, in seconds.
     pub(crate) fn place(&mut self, time: f64) {
         self.scene.pose_into(time, &mut self.pose);
         self.draws.update(&self.graphics.queue, self.scene, &self.pose);
     }
 
-    /// The pose of the scene since the last [`Self::input`].
+    /// Returns the pose that the last call of [`Self::input`] or [`Self::place`] set.
     #[cfg(feature = "score")]
     pub(crate) fn pose(&self) -> &Pose {
         &self.pose
     }
 
-    /// Draws a frame.
+    /// Renders a frame and returns the errors of wgpu as diagnostics.
     pub(crate) fn frame(&mut self, input: &FrameInput) -> Result<(), Diagnostics> {
         let Graphics { device, .. } = self.graphics;
         let scopes = [wgpu::ErrorFilter::Validation, wgpu::ErrorFilter::OutOfMemory]
@@ -322,7 +324,7 @@ impl<'a> Drawing<'a> {
         }
     }
 
-    /// Records and submits a frame, planned again for as long as CPU passes want other sizes.
+    /// Records and submits a frame; plans again while CPU passes request other sizes.
     fn record(&mut self, input: &FrameInput) -> Result<(), Diagnostics> {
         let Graphics { device, queue, .. } = self.graphics;
         for round in 0..ROUNDS {
@@ -368,7 +370,7 @@ impl<'a> Drawing<'a> {
         Ok(())
     }
 
-    /// Waits until the device has drawn what was submitted.
+    /// Waits until the device has executed all submitted work.
     fn wait(&self) -> Result<(), Diagnostic> {
         let waited = self.graphics.device.poll(wgpu::PollType::wait_indefinitely());
         waited.map(|_| ()).map_err(|error| {
@@ -377,7 +379,7 @@ impl<'a> Drawing<'a> {
         })
     }
 
-    /// Takes a plan with sizes that CPU passes want.
+    /// Replaces the plan by one with the data sizes that CPU passes request.
     fn plan_again(&mut self, data_sizes: BTreeMap<String, u32>) -> Result<(), Diagnostics> {
         self.options.data_sizes = data_sizes;
         let plan: Plan = self.checked.plan_again(&self.options, &self.sources)?;
@@ -385,7 +387,7 @@ impl<'a> Drawing<'a> {
         Ok(self.executor.set_plan(Arc::new(plan))?)
     }
 
-    /// Goes on with what was checked with other settings.
+    /// Continues with a plan that was checked with other settings.
     #[cfg(feature = "score")]
     pub(crate) fn set_plan(&mut self, checked: CheckReport, session: &Session) -> Result<(), Diagnostics> {
         let Some(plan) = checked.plan.clone() else { return Err(Diagnostics::new()) };
@@ -395,7 +397,7 @@ impl<'a> Drawing<'a> {
         Ok(self.executor.set_plan(plan)?)
     }
 
-    /// The notices of CPU passes about the last frame, and the lights that no pass read.
+    /// Returns the notices of CPU passes about the last frame, and a warning about lights that no pass read.
     fn notices(&self) -> Vec<Diagnostic> {
         let unread = self.unread_lights.as_deref().filter(|names| !names.is_empty()).map(|names| {
             let names = list_of(names.iter().map(String::as_str));
@@ -406,7 +408,7 @@ impl<'a> Drawing<'a> {
         self.executor.notices().cloned().chain(unread).collect()
     }
 
-    /// The captures of the last frame.
+    /// Reads the captured textures of the last frame back from the device.
     fn captured(&self) -> Result<Vec<Texels>, Diagnostics> {
         let Graphics { device, queue, .. } = self.graphics;
         let texture = |name: &String| self.imports.iter().find(|(import, _)| import == name);

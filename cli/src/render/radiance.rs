@@ -4,7 +4,7 @@
 //! Pictures are read whose rows go from top to bottom and from left to right (`-Y HEIGHT +X WIDTH`), in RGB; nearly all
 //! are so.
 
-/// A picture of linear colors, row by row from the top.
+/// A picture of linear RGB colors, row by row from the top.
 #[derive(Debug, PartialEq)]
 pub(super) struct Colors {
     pub(super) width: usize,
@@ -12,13 +12,13 @@ pub(super) struct Colors {
     pub(super) texels: Vec<[f32; 3]>,
 }
 
-/// The greatest side that is read; 16k by 8k texels take 1.5 GiB.
+/// The maximum width and height in pixels; 16k by 8k texels take 1.5 GiB.
 pub(super) const MAX_SIDE: usize = 16384;
 
-/// Decodes a file.
+/// Decodes a Radiance `.hdr` file.
 ///
 /// # Errors
-/// A sentence about what is wrong with it.
+/// A message that describes the defect.
 pub(super) fn decode(bytes: &[u8]) -> Result<Colors, String> {
     let mut rest = bytes;
     let mut line = || -> Result<&[u8], String> {
@@ -62,7 +62,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Colors, String> {
     Ok(Colors { width, height, texels })
 }
 
-/// Reads a row; what follows it.
+/// Decodes a row of texels and returns the remaining bytes; `None` if the data is invalid.
 fn read_row<'a>(bytes: &'a [u8], row: &mut [[u8; 4]]) -> Option<&'a [u8]> {
     let width = row.len();
     let is_new = bytes.len() >= 4
@@ -95,7 +95,7 @@ fn read_row<'a>(bytes: &'a [u8], row: &mut [[u8; 4]]) -> Option<&'a [u8]> {
     Some(rest)
 }
 
-/// A row of plain texels, in which 1, 1, 1 and a number repeats the texel before.
+/// Decodes a row in the old encoding: plain texels, where 1, 1, 1 and a count repeat the previous texel.
 fn read_old_row<'a>(mut bytes: &'a [u8], row: &mut [[u8; 4]]) -> Option<&'a [u8]> {
     let (mut at, mut shift) = (0, 0);
     while at < row.len() {
@@ -114,7 +114,7 @@ fn read_old_row<'a>(mut bytes: &'a [u8], row: &mut [[u8; 4]]) -> Option<&'a [u8]
     Some(bytes)
 }
 
-/// A texel's color: three mantissas and their common exponent.
+/// Converts a texel of three mantissas and a shared exponent (RGBE) to a linear color.
 fn linear([red, green, blue, exponent]: [u8; 4]) -> [f32; 3] {
     let scale = if exponent == 0 { 0.0 } else { f32::from(exponent) - 136.0 };
     let factor = if exponent == 0 { 0.0 } else { scale.exp2() };

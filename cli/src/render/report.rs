@@ -25,22 +25,22 @@ use super::timings::Timings;
 use crate::replace::{replace, unwritable};
 use crate::session::Session;
 
-/// The largest side of the pictures of textures, in pixels.
+/// The maximum width and height in pixels of the texture pictures on the page.
 const SIDE: u32 = 360;
 
 const STYLE: &str = include_str!("report.css");
 
-/// The parts of a page that are taken while the run goes on.
+/// The contents of a report page that are collected during the run.
 pub(super) struct RunReport {
     report: Report,
     pictures: BTreeMap<String, String>,
 }
 
 impl RunReport {
-    /// The report of a plan without captures, and the folder of its page; `None` where there is no plan.
+    /// Begins the report on a plan, without captures, and creates its folder; `None` if there is no plan.
     ///
     /// # Errors
-    /// A folder that cannot be made.
+    /// A folder that cannot be created.
     pub(super) fn begin(
         folder: &Path,
         checked: &CheckReport,
@@ -51,7 +51,7 @@ impl RunReport {
         Ok(Some(Self { report: Report::new(plan, graph, session.sources()), pictures: BTreeMap::new() }))
     }
 
-    /// Adds the picture of a capture.
+    /// Adds the picture of a captured texture.
     pub(super) fn add(&mut self, capture: &CaptureFile, texels: &Texels) {
         let ([width, height], rgba) = capture.picture(texels);
         let (size, rgba) = smaller([width, height], &rgba);
@@ -60,7 +60,7 @@ impl RunReport {
         }
     }
 
-    /// Writes the page into a folder; what is said of it.
+    /// Writes the page into a folder, and returns a description of it.
     ///
     /// # Errors
     /// A folder that cannot be written to.
@@ -127,7 +127,7 @@ impl RunReport {
         Ok(format!("{}: a page of the run\n", path.display()))
     }
 
-    /// A pass with what it reads and writes.
+    /// Returns the HTML of a pass with its inputs and outputs.
     fn pass(&self, column: usize, pass: &PassReport) -> String {
         let reads: BTreeSet<String> = pass.reads.iter().map(|name| self.version(name, column)).collect();
         let writes = pass.writes.iter().map(|name| format!("{name}@{}", pass.name));
@@ -156,7 +156,8 @@ impl RunReport {
         text + "</details>\n"
     }
 
-    /// The version of a resource that a pass reads: that of its last writer before.
+    /// Returns the version of a resource that a pass reads: `name@PASS` with the last pass before it that writes the
+    /// resource.
     fn version(&self, name: &str, column: usize) -> String {
         let writer = self.report.passes[..column]
             .iter()
@@ -166,12 +167,12 @@ impl RunReport {
     }
 }
 
-/// The resource of a version.
+/// Returns the name of a resource without its `@PASS` suffix.
 fn base(version: &str) -> &str {
     version.split('@').next().unwrap_or(version)
 }
 
-/// The values of parameters and features.
+/// Returns the HTML table of the values of parameters and features.
 fn settings(plan: &Plan) -> String {
     let parameters = plan.pipeline.parameters.iter().map(|(name, parameter)| {
         let kind = if parameter.structural.is_some() { "structural" } else { "live" };
@@ -193,19 +194,19 @@ fn table<const N: usize>(head: [&str; N], rows: impl IntoIterator<Item = [String
     format!("<table>\n{head}{rows}</table>\n")
 }
 
-/// The command line of this process.
+/// Returns the command line of this process.
 fn command_line() -> String {
     let arguments = std::env::args_os().skip(1).map(|one| one.to_string_lossy().into_owned());
     std::iter::once("umbragraph".to_owned()).chain(arguments).collect::<Vec<_>>().join(" ")
 }
 
-/// A picture as a URL that holds it.
+/// Encodes a picture as a PNG in a `data:` URL; `None` if encoding fails.
 fn data_url(size: [u32; 2], rgba: &[u8]) -> Option<String> {
     let bytes = png_bytes(size, rgba, Compression { fast: false }).ok()?;
     Some(format!("data:image/png;base64,{}", STANDARD.encode(bytes)))
 }
 
-/// A picture whose sides have at most [`SIDE`] pixels: the mean of whole blocks.
+/// Reduces a picture to at most [`SIDE`] pixels per side by averaging blocks of pixels.
 fn smaller([width, height]: [u32; 2], rgba: &[u8]) -> ([u32; 2], Vec<u8>) {
     let block = width.max(height).div_ceil(SIDE).max(1);
     let size = [width.div_ceil(block), height.div_ceil(block)];
@@ -227,7 +228,7 @@ fn smaller([width, height]: [u32; 2], rgba: &[u8]) -> ([u32; 2], Vec<u8>) {
     (size, pixels)
 }
 
-/// A text in which nothing is markup, also as the value of an attribute.
+/// Escapes text for HTML, including attribute values.
 fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }

@@ -14,10 +14,10 @@ use wgpu::TextureFormat;
 use super::Drawing;
 
 impl Drawing<'_> {
-    /// The picture of the last frame, 8 bits a channel.
+    /// Reads back the picture of the last frame with 8 bits per channel.
     ///
     /// # Errors
-    /// A picture of another format.
+    /// A picture whose format has no 8-bit channels.
     pub(crate) fn picture(&self) -> Result<Vec<u8>, Diagnostic> {
         picture_of(self.executor.plan(), &self.captures)?;
         match self.target() {
@@ -28,7 +28,8 @@ impl Drawing<'_> {
         }
     }
 
-    /// The frame as screen colors: targets in screen formats as they are, others converted.
+    /// Reads back the frame as 8-bit screen colors; other formats are converted, with tone mapping of colors near or
+    /// above 1.
     pub(crate) fn shown(&self) -> Result<Vec<u8>, Diagnostic> {
         match self.target().map(wgpu::Texture::format).filter(|format| !is_of_screen(*format)) {
             Some(format) => Ok(bytes(&self.texels()?, format)),
@@ -36,7 +37,7 @@ impl Drawing<'_> {
         }
     }
 
-    /// The numbers of the picture of the last frame.
+    /// Reads back the picture of the last frame as numbers, without conversion.
     pub(super) fn numbers(&self) -> Result<Sheet, Diagnostic> {
         Ok(sheet(&self.texels()?, Content::default(), None))
     }
@@ -52,17 +53,17 @@ impl Drawing<'_> {
         self.imports.iter().find(|(name, _)| *name == self.picture).map(|(_, texture)| texture)
     }
 
-    /// Notes that a file for screens does not hold the picture as it is.
+    /// Returns a note if the picture's float format is tone mapped when written to an 8-bit file.
     pub(crate) fn note(&self) -> Option<Diagnostic> {
         let format = self.target()?.format();
         is_of_floats(format).then(|| note(&self.picture, format))
     }
 }
 
-/// The brightness at which tone mapping begins.
+/// The brightness at which tone mapping begins; 1 is the maximum of an 8-bit channel.
 const BEGIN: f32 = 0.8;
 
-/// Whether a format holds colors beyond 1.
+/// Returns `true` if a format can store colors above 1.
 fn is_of_floats(format: TextureFormat) -> bool {
     use TextureFormat as Format;
     matches!(
@@ -77,7 +78,7 @@ fn is_of_floats(format: TextureFormat) -> bool {
     )
 }
 
-/// The note that a picture is not written as it is.
+/// Creates the note that the colors of a picture are tone mapped.
 fn note(name: &str, format: TextureFormat) -> Diagnostic {
     let message = format!("\"{name}\" is {format:?}: colors above {BEGIN} are tone mapped");
     Diagnostic::warning(codes::PICTURE, Place::Nowhere, message)
@@ -85,7 +86,7 @@ fn note(name: &str, format: TextureFormat) -> Diagnostic {
         .help("write an .exr for the numbers themselves, or tone map in a pass of the pipeline")
 }
 
-/// The colors of texels, 8 bits a channel.
+/// Converts texels to RGBA with 8 bits per channel.
 fn bytes(texels: &Texels, format: TextureFormat) -> Vec<u8> {
     let is_linear = format.is_srgb() || is_of_floats(format);
     let byte = |value: f32| (value.clamp(0.0, 1.0) * 255.0 + 0.5) as u8;
@@ -99,7 +100,7 @@ fn bytes(texels: &Texels, format: TextureFormat) -> Vec<u8> {
     texels.values.iter().flat_map(|texel| shown(*texel)).collect()
 }
 
-/// A color with its brightest channel below 1, and the same hue.
+/// Scales a color so that its brightest channel is at most 1; the hue stays the same.
 fn tone_mapped(color: [f32; 3]) -> [f32; 3] {
     // What is no number is black; infinities are white.
     let color = color.map(|channel| if channel.is_nan() { 0.0 } else { channel.clamp(0.0, f32::MAX) });
@@ -112,7 +113,7 @@ fn tone_mapped(color: [f32; 3]) -> [f32; 3] {
     color.map(|channel| channel / peak * mapped)
 }
 
-/// The transfer function of sRGB.
+/// Encodes a linear value with the sRGB transfer function.
 fn encoded(linear: f32) -> f32 {
     if linear <= 0.003_130_8 { linear * 12.92 } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
 }

@@ -10,13 +10,13 @@ use umbragraph::scene::Scene;
 #[cfg(feature = "score")]
 use umbragraph_score::Rays;
 
-/// The distance of a camera from what it would run into, and above what it would sink into (metres).
+/// The minimum distance of a camera from obstacles and from the ground, in metres.
 #[cfg(feature = "score")]
 const DISTANCE: f64 = 0.5;
 #[cfg(feature = "score")]
 const HEIGHT: f64 = 1.5;
 
-/// The scene around a camera.
+/// The geometry around a camera, for avoiding obstacles.
 #[cfg(feature = "score")]
 pub(crate) struct Surroundings<'a> {
     rays: Rays<'a>,
@@ -25,7 +25,7 @@ pub(crate) struct Surroundings<'a> {
 
 #[cfg(feature = "score")]
 impl<'a> Surroundings<'a> {
-    /// The surroundings of a scene at rest.
+    /// Creates the surroundings from the scene's rest pose.
     pub(crate) fn new(scene: &'a Scene) -> Self {
         let pose = scene.rest_pose();
         let bounds = scene.frame_input_of(&pose, 1.0, 0.0).scene_bounds;
@@ -50,7 +50,7 @@ impl Obstacles for Surroundings<'_> {
     }
 }
 
-/// The scene around a camera, of which nothing is known.
+/// The geometry around a camera in a build without ray tracing: no obstacle is known.
 #[cfg(not(feature = "score"))]
 pub(crate) struct Surroundings<'a>(std::marker::PhantomData<&'a Scene>);
 

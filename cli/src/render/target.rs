@@ -5,7 +5,7 @@ use umbragraph::executor::imported_texture;
 
 use crate::device::Graphics;
 
-/// A texture for each import of the plan; the picture first.
+/// Creates a texture for each imported texture of the plan; the picture comes first.
 pub(super) fn imports(graphics: &Graphics, plan: &Plan, picture: &str) -> Vec<(String, wgpu::Texture)> {
     let more =
         wgpu::TextureUsages::COPY_SRC | wgpu::TextureUsages::COPY_DST | wgpu::TextureUsages::TEXTURE_BINDING;

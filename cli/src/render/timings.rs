@@ -16,13 +16,13 @@ use umbragraph::diagnostic::Diagnostic;
 
 use crate::replace::replace;
 
-/// The times of some frames.
+/// The CPU and GPU times of the rendered frames.
 pub(super) struct Timings {
-    /// Why the GPU's times are missing, if they are.
+    /// The reason why the GPU times are missing; `None` if they are measured.
     without_gpu: Option<String>,
-    /// The passes in the order of the plan.
+    /// The names of passes in the order of the plan.
     names: Vec<String>,
-    /// Times by pass: of the processor and of the GPU, of each frame.
+    /// The CPU and the GPU time of each frame, by pass.
     passes: BTreeMap<String, Vec<[Duration; 2]>>,
     preparations: Vec<Duration>,
     began: Instant,
@@ -33,7 +33,7 @@ const PROCESSOR: u32 = 1;
 const GPU: u32 = 2;
 
 impl Timings {
-    /// Begins to measure.
+    /// Begins to measure the times of passes.
     pub(super) fn begin(executor: &mut Executor, device: &str) -> Self {
         executor.measure_times(true);
         let can = executor.measure_gpu_times(true);
@@ -50,7 +50,7 @@ impl Timings {
         }
     }
 
-    /// Adds the frame that was recorded between two moments, and is submitted.
+    /// Adds the times of a submitted frame, which was recorded between the instants `start` and `end`.
     pub(super) fn frame(&mut self, executor: &mut Executor, [start, end]: [Instant; 2], index: u64) {
         let mut of_frame: BTreeMap<String, [Duration; 2]> = BTreeMap::new();
         let start = start.duration_since(self.began);
@@ -83,7 +83,7 @@ impl Timings {
         }));
     }
 
-    /// The mean times of each pass: of the processor and of the GPU, in milliseconds.
+    /// Returns the mean CPU and GPU time of each pass, in milliseconds.
     pub(super) fn means(&self) -> BTreeMap<String, [f64; 2]> {
         let of = |frames: &[[Duration; 2]]| {
             [0, 1].map(|at| mean(frames.iter().map(|times| times[at])).as_secs_f64() * 1e3)
@@ -91,7 +91,7 @@ impl Timings {
         self.passes.iter().map(|(name, frames)| (name.clone(), of(frames))).collect()
     }
 
-    /// The table, as lines.
+    /// Returns a text table of the mean times.
     pub(super) fn table(&self) -> String {
         let width =
             self.names.iter().map(|name| name.chars().count()).max().unwrap_or(0).max("preparation".len());
@@ -120,7 +120,7 @@ impl Timings {
         table
     }
 
-    /// Writes the trace.
+    /// Writes the times as a trace file, and returns a description of it.
     ///
     /// # Errors
     /// A file that cannot be written.
@@ -132,7 +132,7 @@ impl Timings {
     }
 }
 
-/// The mean of all but the first, unless there is only one.
+/// Returns the mean of all times but the first, which counts only if it is the only one.
 fn mean(times: impl ExactSizeIterator<Item = Duration>) -> Duration {
     let skipped = usize::from(times.len() > 1);
     let count = times.len() - skipped;

@@ -32,7 +32,7 @@ use crate::session::Session;
 use crate::shadow_term;
 use umbragraph::low_level::camera_path::CameraPath;
 
-/// Scores what the arguments ask for; whether there were no errors and all limits are met.
+/// Scores the shadows of a pipeline. Returns `true` if there were no errors and all limits are met.
 pub(crate) fn run(arguments: &ScoreArguments) -> bool {
     answer(&arguments.choices, arguments.format, |session, progress| score(arguments, session, progress))
 }
@@ -41,11 +41,11 @@ pub(crate) fn run(arguments: &ScoreArguments) -> bool {
 struct Scored {
     adapter: String,
     triangles: usize,
-    /// The memory of the triangles and of the tree of boxes around them, in bytes.
+    /// The memory of the triangles and of their bounding volume hierarchy, in bytes.
     bytes: usize,
-    /// The lights in the order of the scene; names may repeat.
+    /// The scores of each light, in the order of the scene; names may repeat.
     lights: Vec<(String, Scores)>,
-    /// The scores of each frame that shows something.
+    /// The scores of each frame in which the camera sees a surface, with the frame's number.
     frames: Vec<(u32, Scores)>,
     together: Scores,
 }
@@ -186,7 +186,8 @@ fn broken<'a>(
 }
 
 impl Scored {
-    /// The frame that agrees least, of those in which at least a hundredth of the pixels is shadowed.
+    /// Returns the frame with the lowest intersection over union, and the value. Only frames with at least a hundredth
+    /// of the pixels in shadow count.
     fn worst(&self) -> Option<(u32, f64)> {
         let shown = self.frames.iter().filter(|(_, scores)| {
             let all = scores.band(0);
@@ -235,7 +236,7 @@ impl Answer for Scored {
     }
 }
 
-/// A score, or a dash where there is none.
+/// Formats a score as a table cell; a dash for `None`.
 fn cell(value: Option<f64>) -> String {
     value.map_or_else(|| format!("{:>8}", "-"), |value| format!("{value:8.4}"))
 }

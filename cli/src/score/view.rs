@@ -11,14 +11,14 @@ use crate::cache::Cache;
 use crate::progress::Progress;
 use crate::render::Drawing;
 
-/// The ray-traced truth of a frame: camera rays, and rays to each light that casts shadows.
+/// The ray-traced reference of a frame: camera rays, and shadow rays to each light that casts shadows.
 pub(crate) struct View<'r> {
     truth: Truth<'r>,
-    /// The lights with their truth; `None` for a light that a frame cannot use.
+    /// The lights with their ray-traced visibility; `None` for a light that the frame cannot use.
     lights: Vec<(Light, Option<LightTruth>)>,
 }
 
-/// The visibility of a light, from an earlier run if one has kept it.
+/// Returns the ray-traced visibility of a light, from the cache if possible.
 fn traced(truth: &Truth<'_>, light: &Light, cache: Option<&Cache>) -> Option<LightTruth> {
     let name = cache.map(|_| {
         let mut hash = blake3::Hasher::new();
@@ -38,20 +38,20 @@ fn traced(truth: &Truth<'_>, light: &Light, cache: Option<&Cache>) -> Option<Lig
     Some(traced)
 }
 
-/// The rendered picture of one light, scored against its truth.
+/// The rendered shadow term of one light, together with its ray-traced reference.
 pub(crate) struct Answer<'v> {
     traced: &'v LightTruth,
-    /// The position of the light among those that cast shadows.
+    /// The index of the light among those that cast shadows.
     pub(crate) at: usize,
     pub(crate) scores: Scores,
-    /// Whether the picture gives it no shadows.
+    /// Set if no pixel of the rendered picture is in shadow.
     pub(crate) is_lit_everywhere: bool,
-    /// The rendered pixels.
+    /// The bytes of the rendered pixels.
     pub(crate) pixels: Vec<u8>,
 }
 
 impl<'r> View<'r> {
-    /// Traces a frame; `None` if the camera sees no surface.
+    /// Traces the rays of a frame; `None` if the camera sees no surface.
     ///
     /// # Errors
     /// No light casts shadows.
@@ -76,12 +76,12 @@ impl<'r> View<'r> {
         Ok(Some(Self { truth, lights }))
     }
 
-    /// The names of the lights that cast shadows.
+    /// Returns the names of the lights that cast shadows.
     pub(crate) fn names(&self) -> impl Iterator<Item = &str> {
         self.lights.iter().map(|(light, _)| &*light.name)
     }
 
-    /// Draws each light alone.
+    /// Renders the shadow term of each light separately.
     pub(crate) fn answers(
         &self,
         drawing: &mut Drawing<'_>,
@@ -102,12 +102,12 @@ impl<'r> View<'r> {
         Ok(answers)
     }
 
-    /// The visibility that an answer shows, to be compared with the next frame.
+    /// Returns the visibility in a rendered answer, for comparison with the next frame.
     pub(crate) fn seen(&self, answer: &Answer<'_>) -> Seen {
         Seen::new(&self.truth, answer.traced, Rendered::new(&answer.pixels))
     }
 
-    /// A picture that marks the pixels in which an answer differs from the truth.
+    /// Returns a picture that marks the pixels in which an answer differs from the ray-traced reference.
     pub(crate) fn difference(&self, answer: &Answer<'_>) -> Vec<u8> {
         difference::picture(&self.truth, answer.traced, Rendered::new(&answer.pixels))
     }

@@ -11,7 +11,7 @@ use super::Session;
 use crate::arguments::Files;
 
 impl Session {
-    /// Reads everything again, and forgets the diagnostics.
+    /// Reads all files again and clears the diagnostics.
     pub(crate) fn again(&mut self, files: &Files) {
         self.diagnostics = Diagnostics::new();
         let own = own_templates(files, &mut self.diagnostics);
@@ -22,7 +22,7 @@ impl Session {
         self.own_files = self.own_files.is_some().then(|| self.session.own_templates());
     }
 
-    /// The files that pipelines were read from, or looked for in.
+    /// Returns the files that pipelines were read from, including paths that were searched in vain.
     pub(crate) fn paths(&mut self, pipelines: &[PathBuf], extensions: &[PathBuf]) -> Vec<PathBuf> {
         let targets: Vec<Target> = pipelines.iter().map(|path| self.target(path, extensions)).collect();
         let loads = targets.iter().filter_map(|target| self.session.load(target).ok());
@@ -30,7 +30,8 @@ impl Session {
     }
 }
 
-/// The templates of the folder of the command line, if one is given; with the folders that are not there.
+/// Reads the templates in the folder of `--templates`; `None` if no folder is given. Adds diagnostics for missing
+/// folders.
 pub(super) fn own_templates(files: &Files, diagnostics: &mut Diagnostics) -> Option<Vec<Template>> {
     diagnostics.extend(files.root.iter().filter(|root| !root.is_dir()).map(|root| {
         let name = root.display().to_string();

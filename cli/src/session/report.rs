@@ -10,14 +10,14 @@ use crate::junit::{self, Fine};
 use crate::streams::{complain, print, print_json};
 
 impl Session {
-    /// Puts the diagnostics in the order in which they are shown, each once.
+    /// Sorts the diagnostics for display and merges duplicates.
     pub(crate) fn arrange(&mut self) {
         self.diagnostics.sort();
         self.diagnostics.merge();
     }
 
-    /// Drops notes, unless `all` is set or there are errors or warnings. A survey notes values that nobody has
-    /// chosen; a user who chooses them gets the note then.
+    /// Removes notes unless `all` is set or there are errors. A survey also makes notes about values that no user has
+    /// selected.
     pub(crate) fn quiet(&mut self, all: bool) {
         if !all && !self.diagnostics.has_errors() {
             let diagnostics = std::mem::take(&mut self.diagnostics).into_iter();
@@ -25,7 +25,7 @@ impl Session {
         }
     }
 
-    /// Prints the diagnostics to standard error; whether there was no error among them.
+    /// Prints the diagnostics to standard error. Returns `true` if none is an error.
     pub(crate) fn report(&mut self) -> bool {
         self.arrange();
         self.complain()
@@ -36,17 +36,17 @@ impl Session {
         !self.diagnostics.has_errors()
     }
 
-    /// The diagnostics for people.
+    /// Returns the diagnostics as text for people.
     fn rendered(&self) -> String {
         render::human_all(&self.diagnostics, self.sources())
     }
 
-    /// A diagnostic as JSON.
+    /// Returns a diagnostic as JSON.
     pub(crate) fn json(&self, diagnostic: &Diagnostic) -> serde_json::Value {
         render::json(diagnostic, self.sources())
     }
 
-    /// The text that [`Self::report_as`] has printed in a form that is no data.
+    /// Returns the output of [`Self::report_as`] for a format that is not machine-readable.
     pub(crate) fn said(&self, format: DiagnosticsFormat, text: String) -> Said {
         match format {
             DiagnosticsFormat::Github => {
@@ -58,8 +58,9 @@ impl Session {
         }
     }
 
-    /// Prints the diagnostics in a form, with what a command has found besides: as a text for people, and as JSON to be
-    /// made of the diagnostics. `fine` are the pipelines without errors. Whether there was no error at all.
+    /// Prints the diagnostics and the results of a command in a format. `text` makes the results for people; `json`
+    /// makes the JSON output from the diagnostics. `fine` lists the pipelines without errors. Returns `true` if there
+    /// was no error.
     pub(crate) fn report_as(
         &mut self,
         format: DiagnosticsFormat,
@@ -89,7 +90,7 @@ impl Session {
         !diagnostics.has_errors()
     }
 
-    /// Prints a diagnostic to standard error; `false`.
+    /// Prints a diagnostic to standard error and returns `false`.
     pub(crate) fn fail(&self, diagnostic: Diagnostic) -> bool {
         complain(&render::human_all([&diagnostic], self.sources()));
         false

@@ -15,21 +15,21 @@ use super::instrument::{ENTRY_POINT, RESULT_WORDS};
 use super::running::STACK_BYTES;
 use crate::device::Graphics;
 
-/// The result of one row, as the shader wrote it.
+/// The result of one test row, as the shader wrote it.
 pub(super) type RowResult = [u32; RESULT_WORDS];
 
-/// Why a pass has no results.
+/// The reason why a compute pass has no results.
 pub(super) enum Failure {
-    /// It did not end in time.
+    /// The pass did not end within the time limit.
     TimedOut,
-    /// The device rejected or lost something.
+    /// The device rejected an object or was lost.
     Device(Box<Diagnostic>),
 }
 
-/// Runs rows of a text, with the values of its overrides.
+/// Runs the test rows of one shader source, with values for its `override` constants.
 ///
 /// # Errors
-/// The time limit, or an error of the device.
+/// The time limit is exceeded, or the device reports an error.
 pub(super) fn run(
     graphics: &Graphics,
     wgsl: &str,
@@ -57,7 +57,7 @@ pub(super) fn run(
     })
 }
 
-/// Dispatches the tests and waits without a time limit.
+/// Dispatches the tests and waits for the results without a time limit.
 ///
 /// # Errors
 /// An error of the device.

@@ -17,20 +17,20 @@ use umbragraph::low_level::source::Sources;
 use crate::arguments::TestArguments;
 use crate::codes;
 
-/// The end of the name of a file of tests.
+/// The suffix of the name of a test file.
 const END: &str = ".test.wgsl";
 
-/// A file of tests.
+/// A shader test file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct TestFile {
-    /// The name of its template: its path.
+    /// The name of the file's template, which is its path.
     pub(super) name: String,
     text: Arc<str>,
-    /// Whether it was asked for, not only a candidate of pipelines.
+    /// Set if the command line names the file; otherwise it is only a candidate for pipelines.
     pub(super) is_named: bool,
 }
 
-/// The files and pipelines that the command line asks for.
+/// The test files and pipelines that the command line selects.
 #[derive(Default)]
 pub(super) struct Found {
     pub(super) files: Vec<TestFile>,
@@ -38,7 +38,7 @@ pub(super) struct Found {
     pub(super) diagnostics: Diagnostics,
 }
 
-/// Finds the files of the command line.
+/// Finds the test files and pipelines that the command line selects.
 pub(super) fn find(arguments: &TestArguments) -> Found {
     let mut found = Found::default();
     for path in &arguments.paths {
@@ -68,7 +68,7 @@ pub(super) fn find(arguments: &TestArguments) -> Found {
     found
 }
 
-/// The diagnostic for a file or folder without tests.
+/// Creates the diagnostic for a file or folder without tests.
 pub(super) fn nothing(name: &str, why: &str) -> Diagnostic {
     let message = format!("\"{name}\" has no shader tests: {why}");
     Diagnostic::in_file(codes::TEST_INVALID, name, "", message)
@@ -100,7 +100,7 @@ impl Found {
     }
 }
 
-/// The templates of test files. Each inherits the axes of the `known` templates that it names.
+/// Creates templates from test files. Each inherits the axes of the `known` templates that it names.
 pub(super) fn templates(files: &[TestFile], known: &[Template]) -> Vec<Template> {
     let known: BTreeSet<&str> = known.iter().map(|one| one.name.as_str()).collect();
     let text = |name: String, text: Arc<str>| Template { name, text: TemplateText::Text(text) };
@@ -113,13 +113,13 @@ pub(super) fn templates(files: &[TestFile], known: &[Template]) -> Vec<Template>
     files.iter().flat_map(both).collect()
 }
 
-/// The texts in quotes that could name a template, each once.
+/// Returns the quoted texts that could name a template, each once.
 fn named_in(text: &str) -> impl Iterator<Item = &str> {
     let quoted = text.split(['"', '\'']).filter(|part| part.ends_with(".jinja") && !part.contains('\n'));
     quoted.collect::<BTreeSet<_>>().into_iter()
 }
 
-/// The names of the templates that a text includes, and all that these include.
+/// Returns the names of the given templates and of all templates that they include, directly or indirectly.
 pub(super) fn reached(
     names: impl IntoIterator<Item = String>,
     text: impl Fn(&str) -> Arc<str>,
@@ -137,7 +137,7 @@ pub(super) fn reached(
 }
 
 impl TestFile {
-    /// The names of the templates that it names itself.
+    /// Returns the names of the templates that the file includes directly.
     pub(super) fn includes(&self) -> impl Iterator<Item = &str> {
         named_in(&self.text)
     }

@@ -16,33 +16,34 @@ use umbragraph::low_level::shader::permutations::TextEdit;
 use super::scan::{Assert, AssertKind, Scan};
 use super::types::Shape;
 
-/// The rounds that all loops of a row may take together. llvmpipe leaves loops after 65,535 without a word (its
-/// `LP_MAX_TGSI_LOOP_ITERATIONS`), so that a test would go on with half a sum.
+/// The maximum total number of iterations of all loops in a row. llvmpipe silently leaves loops after 65,535 iterations
+/// (its `LP_MAX_TGSI_LOOP_ITERATIONS`), so results would be incomplete.
 pub(super) const MAX_ROUNDS: u32 = 65_000;
-/// The entry point.
+/// The name of the entry point that runs the tests.
 pub(super) const ENTRY_POINT: &str = "test_runner_main";
-/// The prefix of the names that are added.
+/// The prefix of all identifiers that the instrumentation adds.
 pub(super) const PREFIX: &str = "test_runner_";
-/// The words of a row's result: its state with the assert or loop and the tolerance, and both values.
+/// The number of 32-bit words in a row's result: its state, the index of the assert or loop, the tolerance, and both
+/// values.
 pub(super) const RESULT_WORDS: usize = 12;
-/// The states of a row; it is 0 before the row ran.
+/// The state of a row that has passed; the state is 0 before the row ran.
 pub(super) const PASSED: u32 = 1;
 pub(super) const FAILED: u32 = 2;
 pub(super) const ENDLESS: u32 = 3;
 
-/// A row that runs: a test, and which of its rows.
+/// A test row to run: the index of the test, and of the row in its table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Row {
     pub(super) test: usize,
     pub(super) row: usize,
 }
 
-/// The side of an assert, by the name of its variable in the typed text.
+/// Returns the variable name for one argument of an assert, in the source that determines the argument types.
 pub(super) fn variable(assert: usize, side: usize) -> String {
     format!("{PREFIX}{assert}_{side}")
 }
 
-/// The edits to the typed text.
+/// Returns the edits that store each assert argument in a variable, so that naga infers its type.
 pub(super) fn typed(scan: &Scan) -> Vec<TextEdit> {
     let mut edits = without_attributes(scan);
     for (at, assert) in scan.asserts.iter().enumerate() {
@@ -56,7 +57,7 @@ pub(super) fn typed(scan: &Scan) -> Vec<TextEdit> {
     edits
 }
 
-/// The edits to the proven text, with the shapes of both sides of each assert.
+/// Returns the edits that make the executable test source, given the argument types of each assert.
 pub(super) fn proven(text: &str, scan: &Scan, shapes: &[Option<Shape>], rows: &[Row]) -> Vec<TextEdit> {
     let mut edits = without_attributes(scan);
     for (at, assert) in scan.asserts.iter().enumerate() {
@@ -89,7 +90,7 @@ pub(super) fn proven(text: &str, scan: &Scan, shapes: &[Option<Shape>], rows: &[
     edits
 }
 
-/// The further edits to the bounded text.
+/// Returns the edits that limit the iterations of loops.
 pub(super) fn bounds(scan: &Scan) -> Vec<TextEdit> {
     let mut edits = Vec::new();
     for (at, each) in scan.loops.iter().enumerate() {
@@ -111,8 +112,8 @@ fn without_attributes(scan: &Scan) -> Vec<TextEdit> {
     scan.attributes.iter().map(gone).collect()
 }
 
-/// An assert with other text around its arguments: `start`, then for each argument what `begin` says, a `);` after it,
-/// and `end` in place of the rest.
+/// Replaces the text around an assert's arguments. `start` comes first, `begin` before each argument, `);` after it,
+/// and `end` replaces the rest.
 fn rewritten(assert: &Assert, start: &str, begin: impl Fn(usize) -> String, end: &str) -> Vec<TextEdit> {
     let mut edits = Vec::new();
     let (mut done, mut before) = (assert.whole.start, start.to_owned());
@@ -126,10 +127,10 @@ fn rewritten(assert: &Assert, start: &str, begin: impl Fn(usize) -> String, end:
     edits
 }
 
-/// The code that runs rows, at the end of the text.
+/// Returns the edits that append the entry point, which runs the rows.
 ///
-/// A test is called at one place, with the values of a row in variables: drivers compile each call for itself. Only a
-/// call that comes back notes that its row has passed.
+/// Each test has one call site, with the row's values in variables, because drivers compile each call separately. A row
+/// counts as passed only after its call returns.
 fn entry_point(text: &str, scan: &Scan, rows: &[Row]) -> Vec<TextEdit> {
     let whole = text.len();
     let mut edits = vec![inserted(whole, runner(), whole..whole)];
@@ -175,7 +176,7 @@ fn entry_point(text: &str, scan: &Scan, rows: &[Row]) -> Vec<TextEdit> {
     edits
 }
 
-/// The state of a row, and functions that note it.
+/// Returns WGSL for the state of a row, with functions that record it.
 fn runner() -> String {
     format!(
         "

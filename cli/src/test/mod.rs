@@ -34,7 +34,7 @@ use crate::session::Session;
 use crate::{codes, interrupt};
 use running::{FileCount, Run};
 
-/// Runs tests; whether all passed.
+/// Runs shader tests. Returns `true` if all passed.
 pub(crate) fn run(arguments: &TestArguments) -> bool {
     let found = find::find(arguments);
     let mut session = Session::with_more(&arguments.files, |known| find::templates(&found.files, known));
@@ -87,7 +87,7 @@ pub(crate) fn run(arguments: &TestArguments) -> bool {
     is_fine
 }
 
-/// Runs all files; what ran, and whether a pass did not end.
+/// Runs all test files. Returns the counts for each file, and `true` if a pass did not end in time.
 fn run_all(
     arguments: &TestArguments,
     session: &mut Session,

@@ -13,7 +13,7 @@ use super::scan::{Assert, AssertKind, Scan, TestFunction};
 use super::types::Shape;
 use crate::codes;
 
-/// The rows that a variant ran, to be shown.
+/// The rows that a variant ran, for reporting their results.
 pub(super) struct Shown<'a> {
     pub(super) variant: &'a Variant,
     pub(super) scan: &'a Scan,
@@ -21,12 +21,12 @@ pub(super) struct Shown<'a> {
     pub(super) rows: &'a [Row],
 }
 
-/// The place of a part of a variant's text.
+/// Returns the source place of a byte range in a variant's shader source.
 fn place(variant: &Variant, range: &Range<usize>) -> Place {
     variant.map().span(range.clone()).map_or(Place::Nowhere, Place::Span)
 }
 
-/// The defects of the tests of a text themselves.
+/// Returns diagnostics for tests that are written incorrectly.
 pub(super) fn problems(variant: &Variant, scan: &Scan) -> Vec<Diagnostic> {
     let diagnostic = |problem: &super::scan::Problem| {
         let place = place(variant, &problem.at);
@@ -35,7 +35,7 @@ pub(super) fn problems(variant: &Variant, scan: &Scan) -> Vec<Diagnostic> {
     scan.problems.iter().map(diagnostic).collect()
 }
 
-/// The diagnostic for tests that did not end in time.
+/// Creates the diagnostic for tests that did not end in time.
 pub(super) fn timed_out(variant: &Variant, scan: &Scan, rows: &[Row], limit: Duration) -> Diagnostic {
     let of_row = |row: &Row| scan.tests.get(row.test);
     let names: BTreeSet<&str> = rows.iter().filter_map(of_row).map(|test| test.name.as_str()).collect();
@@ -49,8 +49,8 @@ pub(super) fn timed_out(variant: &Variant, scan: &Scan, rows: &[Row], limit: Dur
 }
 
 impl Shown<'_> {
-    /// A diagnostic for each assert of a test that failed, or loop that did not end, with its first row; each after the
-    /// name of its test.
+    /// Returns a diagnostic, with its test's name, for each failed assert or endless loop. Each diagnostic shows the
+    /// first affected row.
     pub(super) fn failures(&self, results: &[RowResult]) -> Vec<(String, Diagnostic)> {
         // By test, state, and assert or loop.
         let mut found: BTreeMap<(usize, u32, u32), Vec<(usize, RowResult)>> = BTreeMap::new();
@@ -102,7 +102,7 @@ impl Shown<'_> {
         diagnostic.related(Place::Nowhere, values)
     }
 
-    /// The message of an assert, or its own text.
+    /// Returns the message of an assert, or else the source of the assert.
     fn said(&self, assert: &Assert) -> String {
         let text = || self.variant.wgsl().get(assert.whole.clone()).unwrap_or_default();
         let words = || text().trim_end_matches(';').split_whitespace().collect::<Vec<_>>().join(" ");
@@ -120,7 +120,7 @@ impl Shown<'_> {
             .help("let the loop end, or do less in one row")
     }
 
-    /// A diagnostic with the row that shows it, and how many others do.
+    /// Adds the affected row to a diagnostic, and the number of other failing rows.
     fn with_row(
         &self,
         diagnostic: Diagnostic,

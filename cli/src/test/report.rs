@@ -11,7 +11,7 @@ use crate::junit;
 use crate::session::Session;
 use crate::streams::print;
 
-/// Prints a report; whether nothing failed.
+/// Prints the report of a test run. Returns `true` if no test failed.
 pub(super) fn report(
     format: DiagnosticsFormat,
     session: &mut Session,
@@ -36,7 +36,7 @@ pub(super) fn report(
     session.report_as(format, text, json, &[])
 }
 
-/// One line about a file.
+/// Returns one line about the tests of a file.
 fn line(file: &FileCount, adapter: &str) -> String {
     let tests = file.tests.len();
     let noun = |count: usize, noun: &str| format!("{count} {noun}{}", if count == 1 { "" } else { "s" });
@@ -63,7 +63,8 @@ fn file_as_json(file: &FileCount) -> serde_json::Value {
     serde_json::json!({ "file": file.name, "tests": tests.collect::<Vec<_>>() })
 }
 
-/// JUnit XML: a suite for each file with a case for each test; what is about no test has cases of its own.
+/// Returns JUnit XML: a suite for each file with a case for each test. Diagnostics that belong to no test become
+/// separate cases.
 fn xml(session: &Session, counts: &[FileCount]) -> String {
     let (diagnostics, sources) = (&session.diagnostics, session.sources());
     let mut report = Report::new("umbragraph");

@@ -17,8 +17,8 @@ use umbragraph::low_level::shader::{ShaderCache, TargetProfile};
 use super::find::{self, TestFile};
 use crate::session::{Session, profiles};
 
-/// Adds what a pipeline asks of files of tests, by their names; how many of them it uses. `None` where the pipeline
-/// cannot be loaded.
+/// Adds the variants that a pipeline requests of test files, by file name. Returns the number of test files that it
+/// uses, or `None` if the pipeline cannot be loaded.
 pub(super) fn of_pipeline(
     session: &mut Session,
     path: &Path,

@@ -8,32 +8,32 @@ use umbragraph::low_level::shader::TemplateSet;
 
 use crate::device::Graphics;
 
-/// Stack for naga, which recurses into nested text.
+/// The stack size in bytes for naga, which recurses into nested code.
 pub(super) const STACK_BYTES: usize = 32 << 20;
 
-/// The parts that every variant of a run has in common.
+/// The settings that all variants of a test run share.
 pub(super) struct Run<'a> {
     pub(super) templates: &'a TemplateSet,
     pub(super) graphics: &'a Graphics,
-    /// A part of the names of the tests to run.
+    /// A part of the names of the tests to run; `None` runs all tests.
     pub(super) filter: Option<&'a str>,
-    /// The time limit of a pass.
+    /// The time limit of one compute pass.
     pub(super) limit: Duration,
-    /// Whether a pass did not end in time: nothing further can run.
+    /// Set once a pass did not end in time: the device can run nothing further.
     pub(super) has_timed_out: Cell<bool>,
 }
 
-/// The counts of one test.
+/// The counts of one shader test.
 #[derive(Debug, Default)]
 pub(super) struct TestCount {
     pub(super) rows: usize,
-    /// The variants, with each set of values of overrides.
+    /// The number of variants, counted once for each set of `override` values.
     pub(super) variants: usize,
-    /// The messages of what is wrong with it.
+    /// The messages of the test's failures; empty if it passed.
     pub(super) messages: BTreeSet<String>,
 }
 
-/// The counts of one file.
+/// The test counts of one file.
 #[derive(Debug)]
 pub(super) struct FileCount {
     pub(super) name: String,

@@ -19,40 +19,40 @@ use umbragraph::diagnostic::suggested_name;
 
 use super::tokens::{Token, TokenKind, tokens};
 
-/// The tests of one text.
+/// The tests, asserts and loops in one shader source; all ranges are byte ranges in it.
 #[derive(Debug, Default)]
 pub(super) struct Scan {
     pub(super) tests: Vec<TestFunction>,
     pub(super) asserts: Vec<Assert>,
     pub(super) loops: Vec<Loop>,
-    /// The attributes that are no WGSL.
+    /// The byte ranges of `@test` and `@case` attributes, which are not WGSL.
     pub(super) attributes: Vec<Range<usize>>,
     pub(super) problems: Vec<Problem>,
 }
 
-/// A function with `@test`.
+/// A function with the `@test` attribute.
 #[derive(Debug)]
 pub(super) struct TestFunction {
     pub(super) name: String,
-    /// The place of its name.
+    /// The byte range of the function's name.
     pub(super) at: Range<usize>,
-    /// The types of its parameters.
+    /// The types of the function's parameters.
     pub(super) parameters: Vec<String>,
-    /// The rows of its table; one without arguments where there is no `@case`.
+    /// The argument rows of the test; a single row without arguments if there is no `@case`.
     pub(super) rows: Vec<TableRow>,
-    /// Whether the rows are `@case`s.
+    /// Set if the rows come from `@case` attributes.
     pub(super) has_table: bool,
 }
 
-/// A row of a table.
+/// A row of arguments for a test.
 #[derive(Clone, Debug)]
 pub(super) struct TableRow {
-    /// The place between the parentheses.
+    /// The byte range between the parentheses.
     pub(super) at: Range<usize>,
     pub(super) arguments: Vec<Range<usize>>,
 }
 
-/// The comparison of an assert.
+/// The kind of check of an assert.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum AssertKind {
     True,
@@ -60,27 +60,27 @@ pub(super) enum AssertKind {
     Near,
 }
 
-/// An assert.
+/// An assert statement in a test.
 #[derive(Debug)]
 pub(super) struct Assert {
     pub(super) kind: AssertKind,
-    /// The whole statement.
+    /// The byte range of the entire statement.
     pub(super) whole: Range<usize>,
-    /// The arguments but for the message.
+    /// The byte ranges of the arguments, without the message.
     pub(super) arguments: Vec<Range<usize>>,
     pub(super) message: Option<String>,
 }
 
-/// A loop.
+/// A loop statement.
 #[derive(Debug)]
 pub(super) struct Loop {
-    /// The place of its keyword.
+    /// The byte range of the loop's keyword.
     pub(super) at: Range<usize>,
-    /// The first byte of its body.
+    /// The byte offset of the first byte of the loop's body.
     pub(super) body: usize,
 }
 
-/// Something that is wrong with the tests themselves.
+/// An error in the way a test is written.
 #[derive(Debug)]
 pub(super) struct Problem {
     pub(super) at: Range<usize>,
@@ -88,7 +88,7 @@ pub(super) struct Problem {
     pub(super) help: &'static str,
 }
 
-/// The names of the asserts.
+/// The names of the assert functions.
 const ASSERTS: [&str; 3] = ["expect", "expect_equal", "expect_near"];
 
 impl AssertKind {
@@ -109,7 +109,7 @@ impl AssertKind {
         }
     }
 
-    /// The form in which it is written.
+    /// Returns the help text with the correct form of the assert.
     pub(super) fn form(self) -> &'static str {
         match self {
             Self::True => "write `expect(condition);` or `expect(condition, \"message\");`",
@@ -121,7 +121,7 @@ impl AssertKind {
     }
 }
 
-/// Scans a text.
+/// Finds the tests, asserts and loops of a shader source.
 pub(super) fn scan(text: &str) -> Scan {
     let tokens = tokens(text);
     let mut scanner = Scanner { text, tokens: &tokens, found: Scan::default() };
@@ -149,7 +149,7 @@ impl<'t> Scanner<'t> {
         self.tokens.get(at).is_some_and(|token| token.kind == TokenKind::Sign(sign))
     }
 
-    /// The token that closes the bracket at a token.
+    /// Returns the index of the token that closes the bracket at `open`; `None` if there is none.
     fn closing(&self, open: usize) -> Option<usize> {
         let mut depth = 0_usize;
         for (at, token) in self.tokens.iter().enumerate().skip(open) {
@@ -173,7 +173,7 @@ impl<'t> Scanner<'t> {
         self.found.problems.push(Problem { at, message, help });
     }
 
-    /// Finds tests with their tables.
+    /// Finds test functions with their argument rows.
     fn functions(&mut self) {
         let (mut at, mut test, mut rows) = (0, None, Vec::new());
         let mut has_unknown = false;
@@ -225,7 +225,7 @@ impl<'t> Scanner<'t> {
         }
     }
 
-    /// Adds the function at a token, before which attributes stand.
+    /// Adds the function at a token index, whose attributes have been read.
     fn test(&mut self, at: usize, test: Option<Range<usize>>, rows: Vec<TableRow>) {
         let first = test.clone().or(rows.first().map(|row| row.at.clone())).unwrap_or(0..0);
         let help = "put `@test` and its `@case(…)` lines right before a function";
@@ -260,7 +260,7 @@ impl<'t> Scanner<'t> {
         self.found.tests.push(TestFunction { name, at: place, parameters, rows, has_table });
     }
 
-    /// The types of the parameters between two parentheses.
+    /// Returns the types of the parameters between two parentheses.
     fn types(&self, open: usize, close: usize) -> Vec<String> {
         let parameters = self.arguments(open, close).into_iter();
         let of =
@@ -268,7 +268,7 @@ impl<'t> Scanner<'t> {
         parameters.map(|range| of(range).trim().to_owned()).collect()
     }
 
-    /// Adds the assert at a token, if one stands there.
+    /// Adds the assert at a token index, if there is one.
     fn assert(&mut self, at: usize) {
         let word = self.word(at);
         let Some(kind) = AssertKind::of(word).filter(|_| self.is(at + 1, b'(')) else {
@@ -297,7 +297,7 @@ impl<'t> Scanner<'t> {
         self.found.asserts.push(Assert { kind, whole, arguments, message });
     }
 
-    /// A call of a function that the text does not have, with nearly the name of an assert.
+    /// Reports a call of an undeclared function whose name is almost that of an assert.
     fn misspelt(&mut self, at: usize, word: &str) {
         if !word.starts_with('e') || !self.is(at + 1, b'(') {
             return;
@@ -312,7 +312,7 @@ impl<'t> Scanner<'t> {
         }
     }
 
-    /// The arguments between two parentheses.
+    /// Returns the byte ranges of the arguments between two parentheses.
     fn arguments(&self, open: usize, close: usize) -> Vec<Range<usize>> {
         let (mut found, mut depth, mut angles) = (Vec::new(), 0_usize, 0_usize);
         let mut start = self.tokens[open].range.end;
@@ -337,7 +337,7 @@ impl<'t> Scanner<'t> {
         found
     }
 
-    /// Adds the loop at a token, if one stands there.
+    /// Adds the loop at a token index, if there is one.
     fn looped(&mut self, at: usize) {
         if !matches!(self.word(at), "loop" | "for" | "while") || (at > 0 && self.is(at - 1, b'.')) {
             return;
@@ -348,12 +348,12 @@ impl<'t> Scanner<'t> {
     }
 }
 
-/// Whether a `<` after a word begins a list of types.
+/// Returns `true` if a `<` after this word begins a template list of types.
 fn is_generic(word: &str) -> bool {
     matches!(word, "array" | "bitcast" | "vec2" | "vec3" | "vec4") || word.starts_with("mat")
 }
 
-/// The contents of a string.
+/// Returns the contents of a quoted string; `None` without quotes.
 fn string(text: &str) -> Option<String> {
     let inner = text.strip_prefix('"')?.strip_suffix('"')?;
     Some(inner.replace("\\\"", "\"").replace("\\\\", "\\"))

@@ -4,7 +4,7 @@
 
 use std::ops::Range;
 
-/// A token of a text.
+/// A token of a shader source.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Token {
     pub(super) range: Range<usize>,
@@ -22,7 +22,7 @@ pub(super) enum TokenKind {
     Sign(u8),
 }
 
-/// The tokens of a text.
+/// Splits a shader source into tokens; comments and white space are skipped.
 pub(super) fn tokens(text: &str) -> Vec<Token> {
     let bytes = text.as_bytes();
     let is_word = |byte: u8| byte.is_ascii_alphanumeric() || byte == b'_' || byte >= 0x80;
@@ -63,7 +63,7 @@ pub(super) fn tokens(text: &str) -> Vec<Token> {
     found
 }
 
-/// The end of a block comment; they nest.
+/// Returns the byte offset of the end of a block comment; block comments nest.
 fn end_of_comment(bytes: &[u8], start: usize) -> usize {
     let (mut at, mut depth) = (start, 0_usize);
     while at < bytes.len() {
@@ -79,7 +79,7 @@ fn end_of_comment(bytes: &[u8], start: usize) -> usize {
     bytes.len()
 }
 
-/// The end of a string, at its line's end at the latest.
+/// Returns the byte offset of the end of a string, at the latest the end of its line.
 fn end_of_string(bytes: &[u8], start: usize) -> usize {
     let mut at = start + 1;
     while let Some(byte) = bytes.get(at) {

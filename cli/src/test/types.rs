@@ -8,11 +8,11 @@ use std::collections::{BTreeSet, HashMap};
 
 use naga::{Function, Module, ScalarKind, Type, TypeInner};
 
-/// The type of a value that asserts compare: a scalar or a vector.
+/// The type of a value in an assert: a scalar or a vector.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Shape {
     pub(super) kind: ScalarKind,
-    /// The components, 1 for a scalar.
+    /// The number of components, 1 for a scalar.
     pub(super) components: usize,
 }
 
@@ -36,12 +36,12 @@ impl Shape {
         }
     }
 
-    /// The type as WGSL writes it.
+    /// Returns the name of the type in WGSL.
     pub(super) fn name(self) -> String {
         self.named(self.scalar())
     }
 
-    /// The type with the same number of components of another scalar type.
+    /// Returns the name of the type with the same number of components and another scalar type.
     pub(super) fn named(self, scalar: &str) -> String {
         match self.components {
             1 => scalar.to_owned(),
@@ -49,7 +49,7 @@ impl Shape {
         }
     }
 
-    /// An expression for the bits of a variable, as a `vec4<u32>`.
+    /// Returns a WGSL expression for the bits of a variable, as a `vec4<u32>`.
     pub(super) fn bits(self, variable: &str) -> String {
         let unsigned = self.named("u32");
         let bits = match self.kind {
@@ -60,7 +60,7 @@ impl Shape {
         format!("vec4<u32>({bits}{zeros})")
     }
 
-    /// A value of such bits in words.
+    /// Formats a value from its bits.
     pub(super) fn show(self, bits: [u32; 4]) -> String {
         let one = |bits: &u32| match self.kind {
             ScalarKind::Bool => (*bits != 0).to_string(),
@@ -73,7 +73,8 @@ impl Shape {
     }
 }
 
-/// The local variables of a module whose names begin with a prefix: their shapes, or their types in words.
+/// Finds the local variables whose names begin with a prefix. Returns their shapes, or a description of an unsupported
+/// type.
 pub(super) fn variables(module: &Module, prefix: &str) -> HashMap<String, Result<Shape, String>> {
     let mut found = HashMap::new();
     for function in functions(module) {
@@ -103,7 +104,8 @@ fn functions(module: &Module) -> impl Iterator<Item = &Function> {
     module.functions.iter().map(|(_, function)| function).chain(entries)
 }
 
-/// One shape for two sides of a comparison: an `i32` gives way to what it is compared with, since it may be a number.
+/// Returns the common type of both sides of a comparison; `None` if they differ. An `i32` takes the other side's type,
+/// since it may be an untyped literal.
 pub(super) fn common(found: Shape, wanted: Shape) -> Option<Shape> {
     let is_number = |one: Shape| one.kind == ScalarKind::Sint;
     let shape = if is_number(found) { wanted } else { found };
@@ -111,12 +113,12 @@ pub(super) fn common(found: Shape, wanted: Shape) -> Option<Shape> {
     (fits && found.components == wanted.components).then_some(shape)
 }
 
-/// The names of the overrides that a module declares.
+/// Returns the names of the `override` constants that a module declares.
 pub(super) fn overrides(module: &Module) -> BTreeSet<String> {
     module.overrides.iter().filter_map(|(_, each)| each.name.clone()).collect()
 }
 
-/// The bound variables that each function of a module reaches, by its name.
+/// Returns the names of the bound resources that a function uses, directly or through calls.
 pub(super) fn bindings(module: &Module, function: &str) -> Vec<String> {
     let mut open: Vec<_> = module
         .functions
@@ -145,7 +147,7 @@ pub(super) fn bindings(module: &Module, function: &str) -> Vec<String> {
     found.into_iter().collect()
 }
 
-/// Adds the functions that statements call; one without a result is in no expression.
+/// Adds the functions that call statements name; a call without a result appears in no expression.
 fn calls(block: &naga::Block, found: &mut Vec<naga::Handle<Function>>) {
     use naga::Statement as S;
     for statement in block {

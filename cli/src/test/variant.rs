@@ -15,17 +15,18 @@ use super::scan::{AssertKind, Scan, scan};
 use super::types::{self, Shape};
 use crate::codes;
 
-/// The maximum number of values of an override that are all tried; of more, the ends and the default.
+/// The maximum number of `override` values that are all tried; with more, only the ends and the default are tried.
 const MAX_VALUES: u64 = 16;
-/// The maximum number of sets of values of overrides that are tried for one text.
+/// The maximum number of sets of `override` values for one shader source.
 const MAX_SETS: usize = 64;
-/// The maximum number of rows of one pass, which every device can dispatch.
+/// The maximum number of rows in one pass, which every device can dispatch.
 const MAX_ROWS: usize = 65_535;
 
-/// A judged variant: its values, and what is wrong.
+/// A tested variant: its axis values, and its diagnostics.
 pub(super) type Judged = (AxisValues, Vec<Diagnostic>);
 
-/// Judges one text with all sets of values of its overrides, as far as a time-out lets it. `tests` counts what ran.
+/// Runs the tests of one shader source with all sets of `override` values, until a time limit is exceeded. Adds the
+/// counts to `tests`.
 pub(super) fn judge(
     run: &Run<'_>,
     requests: &[&Request],
@@ -105,17 +106,17 @@ pub(super) fn judge(
     judged
 }
 
-/// The rows of the tests whose names have a part.
+/// Returns the rows of the tests whose names contain the filter; `None` selects all.
 fn rows(scan: &Scan, filter: Option<&str>) -> Vec<Row> {
     let is_wanted = |name: &str| filter.is_none_or(|part| name.contains(part));
     let tests = scan.tests.iter().enumerate().filter(|(_, test)| is_wanted(&test.name));
     tests.flat_map(|(test, each)| (0..each.rows.len()).map(move |row| Row { test, row })).collect()
 }
 
-/// The shapes of what asserts compare, and the overrides of the text.
+/// The types that asserts compare (`None` if unknown), and the names of the `override` constants.
 type Prepared = (Vec<Option<Shape>>, BTreeSet<String>);
 
-/// Finds the types of asserts, and tests that reach bindings.
+/// Finds the argument types of asserts. Fails for tests that use bound resources.
 fn prepare(run: &Run<'_>, variant: &Variant, scan: &Scan) -> Result<Prepared, Vec<Diagnostic>> {
     let typed = variant.edited(&instrument::typed(scan));
     let module = typed.prove(run.templates, &AxisValues::new(), &TargetProfile::webgpu())?;
@@ -167,7 +168,7 @@ fn prepare(run: &Run<'_>, variant: &Variant, scan: &Scan) -> Result<Prepared, Ve
     if problems.is_empty() { Ok((shapes, types::overrides(&parsed))) } else { Err(problems) }
 }
 
-/// A text that naga has proven, parsed once more.
+/// Parses a shader source that naga has already validated.
 fn parsed(text: &str) -> Result<naga::Module, String> {
     std::thread::scope(|scope| {
         let parse = || naga::front::wgsl::parse_str(text).map_err(|error| error.to_string());
@@ -182,7 +183,7 @@ fn place_of_file(variant: &Variant) -> umbragraph::diagnostic::Place {
     first.map_or(umbragraph::diagnostic::Place::Nowhere, Into::into)
 }
 
-/// The sets of values of the overrides that a text declares: each with each, or, of too many sets, each by itself.
+/// Returns the sets of `override` values to test: all combinations, or single values if there are too many.
 fn sets(
     templates: &TemplateSet,
     request: &Request,

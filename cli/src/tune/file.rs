@@ -12,10 +12,10 @@ use crate::session::Session;
 use crate::shadow_term;
 use umbragraph::low_level::camera_path::CameraArgument;
 
-/// The text of the file.
+/// Returns the text of the parameter file.
 ///
 /// # Errors
-/// None that the values of a checked pipeline bring about.
+/// Never expected for the values of a checked pipeline.
 pub(super) fn text(
     found: &Found,
     arguments: &TuneArguments,
@@ -61,7 +61,7 @@ pub(super) fn text(
     Ok(document::format::format(&sources, file)?.apply(&text).unwrap_or(text))
 }
 
-/// The comment of the parameter file: the scenes it was tuned on, and the scores before and after.
+/// Returns the comment of the parameter file: the scenes used for tuning, and the scores before and after.
 fn comment(found: &Found, arguments: &TuneArguments) -> String {
     let name = |path: &std::path::Path| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let [width, height] = arguments.choices.size;

@@ -46,13 +46,13 @@ use crate::session::Session;
 use crate::shadow_term;
 use umbragraph::low_level::camera_path::CameraPath;
 
-/// The distance of the first candidates from the start, in coordinates.
+/// The distance of the first candidates from the start, in coordinates from 0 to 1.
 const SPREAD: f64 = 0.15;
 
-/// The coordinates that are tried to see whether a parameter changes anything.
+/// The coordinates that are tried to find out whether a parameter has any effect.
 const PROBES: [f64; 3] = [0.9, 0.1, 0.5];
 
-/// Searches what the arguments ask for; whether there were no errors.
+/// Searches for the best parameter values. Returns `true` if there were no errors.
 pub(crate) fn run(arguments: &TuneArguments) -> bool {
     answer(&arguments.choices, arguments.format, |session, progress| tune(arguments, session, progress))
 }
@@ -155,7 +155,7 @@ fn tune(
     Ok(found)
 }
 
-/// Set when the user interrupts; the second time the process ends at once.
+/// Returns a flag that the first interrupt of the user sets; the second interrupt ends the process.
 fn stopped_by_the_user() -> Arc<AtomicBool> {
     let stopped = Arc::new(AtomicBool::new(false));
     let set = stopped.clone();
@@ -168,7 +168,7 @@ fn stopped_by_the_user() -> Arc<AtomicBool> {
     stopped
 }
 
-/// Values with what they came to.
+/// A set of parameter values with its outcome.
 #[derive(Clone, Debug)]
 struct Tried {
     values: Vec<(String, Value)>,
@@ -178,13 +178,13 @@ struct Tried {
 struct Search<'a> {
     trials: Trials<'a>,
     tuned: Vec<Tuned>,
-    /// The parameters that change nothing, as far as is known.
+    /// The parameters without any known effect.
     left_out: Vec<Tuned>,
-    /// Whether anything is known of them.
+    /// Set once the effect of each parameter has been tested.
     has_looked: bool,
-    /// The number of sets of values after which this part of the search ends.
+    /// The number of value sets after which this part of the search ends.
     limit: usize,
-    /// The losses of values that were tried, by how they are written.
+    /// The losses of the tried values, by their text.
     known: HashMap<String, f64>,
     tried: Vec<Tried>,
     rejected: u32,
@@ -213,7 +213,7 @@ impl Search<'_> {
         loss
     }
 
-    /// The loss of values; those that were tried before are not drawn again.
+    /// Returns the loss of a set of values, rendering it only if it has not been tried.
     fn loss(&mut self, values: &[(String, Value)], progress: &mut Progress) -> f64 {
         if let Some(known) = self.known.get(&written(values)) {
             return *known;
@@ -227,7 +227,7 @@ impl Search<'_> {
         loss
     }
 
-    /// Adds those parameters that change a pixel around some values.
+    /// Adds the parameters that change a pixel near the given values to the search.
     fn take_in(&mut self, around: &Tried, progress: &mut Progress) {
         self.has_looked = true;
         for one in std::mem::take(&mut self.left_out) {
@@ -262,7 +262,7 @@ impl Search<'_> {
         false
     }
 
-    /// Searches until the budget is spent, or the user interrupts.
+    /// Searches until the budget is used up, or the user interrupts.
     fn run(&mut self, progress: &mut Progress) {
         let (mut round, mut fruitless) = (0_u64, 0);
         while !self.is_over() {
@@ -309,7 +309,7 @@ impl Search<'_> {
         }
     }
 
-    /// A warning for each parameter that changes nothing.
+    /// Returns a warning for each parameter without any effect.
     fn findings(&self) -> Vec<Diagnostic> {
         let of = |one: &Tuned| {
             let message = format!("the parameter \"{}\" changes no pixel of the shadow term", one.name);
@@ -343,7 +343,7 @@ impl Search<'_> {
     }
 }
 
-/// The best of what was tried; of equals the cheapest, and of those the first.
+/// Returns the trial with the lowest loss; on a tie the cheapest, then the first. `None` if there is no trial.
 fn best(tried: &[Tried]) -> Option<&Tried> {
     tried.iter().min_by(|one, other| {
         let loss = one.outcome.loss.total_cmp(&other.outcome.loss);

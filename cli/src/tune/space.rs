@@ -17,7 +17,7 @@ use umbragraph::low_level::language::{Order, ParameterDeclaration, ParameterType
 use umbragraph::low_level::pipeline::TypedPipeline;
 use umbragraph::low_level::source::Span;
 
-/// A name of `--over`, and a narrower range.
+/// A value of `--over`: a parameter's name, and optionally a narrower range.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Over {
     pub(crate) name: String,
@@ -25,10 +25,10 @@ pub(crate) struct Over {
 }
 
 impl Over {
-    /// `NAME`, or `NAME=MIN..MAX`.
+    /// Parses `NAME`, or `NAME=MIN..MAX`.
     ///
     /// # Errors
-    /// A range that is none.
+    /// An invalid range.
     pub(crate) fn parse(text: &str) -> Result<Self, String> {
         let Some((name, range)) = text.split_once('=') else {
             return Ok(Self { name: text.to_owned(), range: None });
@@ -44,23 +44,23 @@ impl Over {
     }
 }
 
-/// The decades that a range from 0 on reaches down.
+/// The ratio of values over which the scale of a range from 0 is roughly logarithmic.
 const DECADES: f64 = 1e4;
 
-/// The mapping of a coordinate to a value in the range.
+/// The mapping of a coordinate from 0 to 1 to a value in the range.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Scale {
     Linear,
     Logarithmic,
-    /// Ranges that begin at 0.
+    /// Roughly logarithmic, for ranges that begin at 0.
     Warped,
 }
 
-/// A parameter that is tuned.
+/// A parameter whose value is searched.
 #[derive(Clone, Debug)]
 pub(crate) struct Tuned {
     pub(crate) name: String,
-    /// The value at the start.
+    /// The value at the start of the search.
     pub(crate) start: Value,
     is_bool: bool,
     whole: bool,
@@ -70,10 +70,10 @@ pub(crate) struct Tuned {
 }
 
 impl Tuned {
-    /// A parameter of a pipeline; `place` is where it is asked for.
+    /// Creates the search range of a parameter. `place` is the source place of the request.
     ///
     /// # Errors
-    /// No parameter; one that has no order or no range.
+    /// An unknown parameter, or one without an order or a range.
     pub(crate) fn of(over: &Over, pipeline: &TypedPipeline, place: Span) -> Result<Self, Diagnostic> {
         let error = |message: String| Diagnostic::error(codes::TUNE, place, message);
         let name = &over.name;
@@ -138,7 +138,7 @@ impl Tuned {
         Ok(tuned)
     }
 
-    /// The number of coordinates.
+    /// Returns the number of search coordinates, one for each number of the value.
     pub(crate) fn width(&self) -> usize {
         match &self.start {
             Value::List(list) => list.len(),
@@ -146,7 +146,7 @@ impl Tuned {
         }
     }
 
-    /// The coordinates of a value.
+    /// Returns the coordinates of a value, each from 0 to 1.
     pub(crate) fn coordinates(&self, value: &Value) -> Vec<f64> {
         let of = |value: &Value| match value {
             Value::Bool(on) => 0.25 + 0.5 * f64::from(*on),
@@ -158,7 +158,7 @@ impl Tuned {
         }
     }
 
-    /// The value at coordinates.
+    /// Returns the value at the given coordinates.
     pub(crate) fn value(&self, coordinates: &[f64]) -> Value {
         if self.is_bool {
             return Value::Bool(coordinates.first().is_some_and(|at| mirrored(*at) >= 0.5));
@@ -195,7 +195,7 @@ impl Tuned {
         number.clamp(if self.whole { min.ceil() } else { min }, if self.whole { max.floor() } else { max })
     }
 
-    /// Puts numbers in their order, each strictly beyond the one before.
+    /// Sorts numbers as the parameter requires, each strictly beyond the previous one.
     fn arrange(&self, numbers: &mut [f64], order: Order) {
         numbers.sort_by(f64::total_cmp);
         let step = |number: f64| {
@@ -212,12 +212,12 @@ impl Tuned {
     }
 }
 
-/// Three significant digits.
+/// Rounds to three significant digits.
 fn rounded(number: f64) -> f64 {
     format!("{number:.2e}").parse().unwrap_or(number)
 }
 
-/// A coordinate within its ends.
+/// Reflects a coordinate into the range from 0 to 1; 0.5 if it is not finite.
 fn mirrored(at: f64) -> f64 {
     if !at.is_finite() {
         return 0.5;

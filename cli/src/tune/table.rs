@@ -14,28 +14,28 @@ use super::{Tried, best};
 use crate::answer::Answer;
 use crate::arguments::{Measure, TuneArguments};
 
-/// The rows that people are shown.
+/// The maximum number of rows in the table for people.
 const ROWS: usize = 12;
 
 /// The result of a search.
 pub(super) struct Found {
     pub(super) adapter: String,
-    /// The names of the scenes' files.
+    /// The names of the scene files.
     pub(super) scenes: Vec<String>,
     pub(super) measure: Measure,
-    /// Sets of values that were tried, and those of them that the pipeline rejected.
+    /// The number of value sets tried.
     pub(super) trials: usize,
     pub(super) rejected: usize,
     budget: u32,
     pub(super) names: Vec<String>,
     pub(super) before: Tried,
     pub(super) after: Tried,
-    /// The values worth their cost, from the cheapest to the dearest.
+    /// The trials on the Pareto front of loss and cost, from the cheapest to the most expensive.
     pareto: Vec<Tried>,
 }
 
 impl Found {
-    /// `tried` begins with the values at the start.
+    /// Creates the result of a search. `tried` begins with the start values.
     pub(super) fn new(
         arguments: &TuneArguments,
         adapter: &str,
@@ -59,7 +59,7 @@ impl Found {
         })
     }
 
-    /// The name of the score.
+    /// Returns the name of the score.
     pub(super) fn score_name(&self) -> &'static str {
         match self.measure {
             Measure::Iou => "IoU",
@@ -67,7 +67,7 @@ impl Found {
         }
     }
 
-    /// A loss as the score that it stands for.
+    /// Converts a loss to the score that it was computed from.
     pub(super) fn score(&self, loss: f64) -> f64 {
         match self.measure {
             Measure::Iou => 1.0 - loss,
@@ -138,13 +138,13 @@ impl Answer for Found {
     }
 }
 
-/// The value of a name.
+/// Returns the text of a parameter's value; empty if the trial does not set it.
 pub(super) fn value(tried: &Tried, name: &str) -> String {
     let found = tried.values.iter().find(|(known, _)| known == name);
     found.map_or_else(String::new, |(_, value): &(String, Value)| value.to_string())
 }
 
-/// The trials that are worth their cost, from the cheapest to the dearest.
+/// Returns the trials on the Pareto front of loss and cost, from the cheapest to the most expensive.
 fn pareto(mut tried: Vec<Tried>) -> Vec<Tried> {
     tried.sort_by(|one, other| {
         let key = |tried: &Tried| (tried.outcome.cost.texels, tried.outcome.cost.taps);
@@ -163,7 +163,7 @@ fn pareto(mut tried: Vec<Tried>) -> Vec<Tried> {
     kept
 }
 
-/// Some of many, the first and the last among them.
+/// Returns up to `ROWS` evenly spaced trials, including the first and the last.
 fn shown(all: &[Tried]) -> impl Iterator<Item = &Tried> {
     let last = all.len().saturating_sub(1);
     let rows = ROWS.min(all.len());

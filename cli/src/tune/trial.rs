@@ -23,12 +23,12 @@ use crate::render::Drawing;
 use crate::score::view::View;
 use crate::session::Session;
 
-/// The loss of values that the pipeline rejects: beyond that of any picture.
+/// The loss of values that the pipeline rejects, which exceeds that of any picture.
 pub(crate) const REJECTED: f64 = 2.0;
 
-/// A frame of a scene, and what is true of it.
+/// A frame of a scene, and its ray-traced reference.
 pub(crate) struct Subject<'r> {
-    /// The position of its scene.
+    /// The index of the frame's scene.
     pub(crate) scene: usize,
     pub(crate) input: FrameInput,
     pub(crate) view: View<'r>,
@@ -37,41 +37,41 @@ pub(crate) struct Subject<'r> {
 /// The outcome of a trial.
 #[derive(Clone, Debug)]
 pub(crate) struct Outcome {
-    /// The loss to minimise: the mean over the scenes.
+    /// The loss to minimize: the mean over the scenes.
     pub(crate) loss: f64,
-    /// The scores of each scene.
+    /// The scores of each scene, in the order of the scenes.
     pub(crate) scenes: Vec<Scores>,
     pub(crate) cost: Cost,
-    /// A hash of all pictures.
+    /// The hash of all rendered pictures.
     pub(crate) pictures: u64,
 }
 
-/// The cost of values, in counts that do not depend on the machine.
+/// The rendering cost of a set of values, in counts that do not depend on the machine.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Cost {
-    /// The texels within which shadow maps are drawn in a frame, the mean over all views.
+    /// The number of texels of the shadow map areas drawn per frame, the mean over all views.
     pub(crate) texels: u64,
-    /// The texture reads of a pixel that is shaded, of the pass that has the most.
+    /// The number of texture reads per shaded pixel, in the pass with the most reads.
     pub(crate) taps: u64,
 }
 
-/// A pipeline on its scenes.
+/// A pipeline with the scenes on which values are tried.
 pub(crate) struct Trials<'a> {
     pub(crate) arguments: &'a TuneArguments,
-    /// The choices of the command line, with the shadow term as the picture.
+    /// The options of the command line, with the shadow term as the picture.
     pub(crate) choices: Choices,
     pub(crate) graphics: &'a Graphics,
     pub(crate) session: &'a mut Session,
     pub(crate) drawings: Vec<Drawing<'a>>,
     pub(crate) subjects: &'a [Subject<'a>],
-    /// The values that the plan at hand was made with.
+    /// The values with which the current plan was made.
     pub(crate) planned: Vec<(String, Value)>,
-    /// The texture reads of that plan.
+    /// The number of texture reads of the current plan.
     pub(crate) taps: u64,
 }
 
 impl Trials<'_> {
-    /// Scores values.
+    /// Renders the scenes with the given values and returns the scores.
     ///
     /// # Errors
     /// Values that the pipeline rejects.
@@ -104,7 +104,7 @@ impl Trials<'_> {
         Ok(Outcome { loss, scenes, cost, pictures: hasher.finish() })
     }
 
-    /// Gives the drawings values.
+    /// Applies parameter values to the drawings; plans again where a value requires it.
     fn set(&mut self, values: &[(String, Value)]) -> Result<(), Diagnostics> {
         let Some(first) = self.drawings.first() else { return Ok(()) };
         let plan = first.executor.plan().clone();
@@ -132,7 +132,7 @@ impl Trials<'_> {
         Ok(())
     }
 
-    /// The plan with values.
+    /// Plans the pipeline with the given values.
     fn check(&mut self, values: &[(String, Value)]) -> Result<CheckReport, Diagnostics> {
         let mut choices = self.choices.clone();
         choices.settings.set.extend(values.iter().map(|(name, value)| format!("{name}={value}")));
@@ -144,7 +144,7 @@ impl Trials<'_> {
     }
 }
 
-/// The loss of a scene from its scores; `None` if there is no such score.
+/// Returns the loss of a scene from its scores; `None` if the measured score is missing.
 pub(crate) fn loss(scores: &Scores, measure: Measure) -> Option<f64> {
     match measure {
         Measure::Iou => scores.iou().map(|iou| 1.0 - iou),
@@ -152,7 +152,8 @@ pub(crate) fn loss(scores: &Scores, measure: Measure) -> Option<f64> {
     }
 }
 
-/// The texels of the last frame that passes without colors drew of the scene, into depth that is not the picture's.
+/// Returns the number of texels of the areas that passes without colors drew in the last frame, except into the
+/// picture's own depth.
 fn drawn_texels(executor: &Executor) -> u64 {
     let pipeline = &executor.plan().pipeline;
     let renders = || {
@@ -176,7 +177,7 @@ fn drawn_texels(executor: &Executor) -> u64 {
     executor.pass_counts().filter(|(name, _)| is_map(name)).map(|(_, counts)| counts.texels).sum()
 }
 
-/// The most texture reads of the fragments of a pass that writes colors.
+/// Returns the largest number of texture reads in a fragment shader of a pass that writes colors.
 pub(crate) fn taps(pipeline: &TypedPipeline) -> u64 {
     let passes = pipeline.passes.iter().filter_map(|pass| match pass.work() {
         Work::Render(render) if !render.color.is_empty() => Some(pipeline.program(render.draw.bound().0)),

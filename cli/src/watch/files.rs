@@ -7,20 +7,20 @@ use std::time::SystemTime;
 use umbragraph::low_level::compose::files_below;
 use umbragraph::low_level::shader::TEMPLATE_ENDS;
 
-/// Size and time of change; `None` where there is no file.
+/// The size in bytes and the modification time of a file; `None` if the file does not exist.
 type Stamp = Option<(u64, Option<SystemTime>)>;
 
-/// Files, and how they stand. A folder stands for the templates below it.
+/// The stamps of watched files. A folder has the stamps of the templates below it.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct Stamps(BTreeMap<PathBuf, Vec<(PathBuf, Stamp)>>);
 
 impl Stamps {
-    /// The stamps of files and folders now.
+    /// Reads the current stamps of files and folders.
     pub(super) fn of<'p>(paths: impl IntoIterator<Item = &'p Path>) -> Self {
         Self(paths.into_iter().map(|path| (path.to_owned(), stamps(path))).collect())
     }
 
-    /// Adds stamps of further paths; known stamps stay.
+    /// Adds the stamps of further paths; existing stamps are kept.
     pub(super) fn with(mut self, paths: impl IntoIterator<Item = PathBuf>) -> Self {
         for path in paths {
             self.0.entry(path).or_insert_with_key(|path| stamps(path));
@@ -28,7 +28,7 @@ impl Stamps {
         self
     }
 
-    /// The paths.
+    /// Returns the watched paths.
     pub(super) fn paths(&self) -> impl Iterator<Item = &Path> {
         self.0.keys().map(PathBuf::as_path)
     }

@@ -29,10 +29,10 @@ use files::Stamps;
 use picture::Painter;
 use problems::Problems;
 
-/// Time between two looks at the files.
+/// The time between two checks for changed files.
 const INTERVAL: Duration = Duration::from_millis(100);
 
-/// Checks until the process ends, or nobody reads what it prints.
+/// Checks the pipelines at each change, until the process ends or the reader closes standard output.
 pub(crate) fn run(arguments: &WatchArguments) -> bool {
     let mut session = Session::new(&arguments.choices.files);
     let mut problems = Problems::default();
@@ -83,7 +83,7 @@ pub(crate) fn run(arguments: &WatchArguments) -> bool {
     }
 }
 
-/// The files and folders of the command line.
+/// Returns the files and folders that the command line names.
 fn given(arguments: &WatchArguments) -> impl Iterator<Item = &Path> {
     let files = &arguments.choices.files;
     let pipelines = arguments.pipelines.iter().chain(&arguments.choices.settings.params);

@@ -13,7 +13,7 @@ use crate::render::{Drawing, Given};
 use crate::session::Session;
 use umbragraph::low_level::camera_path::CameraPath;
 
-/// The device, the scene and the file of the picture.
+/// The state for rendering the picture after each change: output file, scene file, device and loaded scene.
 pub(super) struct Painter {
     out: PathBuf,
     path: PathBuf,
@@ -22,20 +22,20 @@ pub(super) struct Painter {
 }
 
 impl Painter {
-    /// The picture of a scene, to be written to a file.
+    /// Creates a painter that renders a scene to a file.
     pub(super) fn new((out, scene): (&PathBuf, &PathBuf)) -> Self {
         Self { out: out.clone(), path: scene.clone(), graphics: None, scene: None }
     }
 
-    /// The files that the picture depends on besides the pipeline.
+    /// Returns the files that the picture depends on besides the pipeline.
     pub(super) fn files(&self) -> impl Iterator<Item = PathBuf> + use<> {
         std::iter::once(self.path.clone())
     }
 
-    /// Draws and writes the picture.
+    /// Renders the picture and writes the file.
     ///
     /// # Errors
-    /// Those that the session does not have already; the file stays as it is then.
+    /// Diagnostics that the session does not have already; the file is then left unchanged.
     pub(super) fn paint(
         &mut self,
         pipeline: &Path,

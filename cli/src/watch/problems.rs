@@ -9,15 +9,15 @@ use umbragraph::diagnostic::{counted, render};
 use crate::session::Session;
 use crate::streams::print;
 
-/// The lines of each file as they were printed last.
+/// The lines last printed for each file.
 #[derive(Default)]
 pub(super) struct Problems(BTreeMap<String, Vec<String>>);
 
-/// The name under which diagnostics stand that are about no file.
+/// The file name shown for diagnostics without a file.
 const NO_FILE: &str = "(no file)";
 
 impl Problems {
-    /// Prints the files of which something else is to be said, and how many problems there are.
+    /// Prints the files whose diagnostics have changed, and the number of problems.
     pub(super) fn print(&mut self, session: &Session, start: Instant, is_first: bool) {
         let mut now: BTreeMap<String, Vec<String>> = BTreeMap::new();
         let (mut errors, mut warnings) = (0, 0);
@@ -51,7 +51,7 @@ impl Problems {
     }
 }
 
-/// The file of a diagnostic, and its line.
+/// Returns the file of a diagnostic, and its line of output.
 fn line(json: &serde_json::Value) -> (String, String) {
     let place = &json["place"];
     let file = place["file"].as_str().unwrap_or(NO_FILE).to_owned();

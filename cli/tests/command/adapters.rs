@@ -27,7 +27,7 @@ fn run(arguments: &[&str], set: &[(&str, &str)]) -> Output {
     command.current_dir(PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..")).output().expect("the command")
 }
 
-/// Renders a scene with the adapter of the environment; the picture, if there is such an adapter.
+/// Renders a scene with the adapter that the environment selects; `None` if there is no such adapter.
 fn drawn(pipeline: &str, scene: &str, out: &Path, set: &[(&str, &str)]) -> Option<Picture> {
     let pipeline = format!("pipelines/{pipeline}.json");
     let scene = format!("examples/scenes/{scene}.glb");
@@ -58,7 +58,7 @@ fn nonsense_is_a_sentence_and_status_1() {
     }
 }
 
-/// Drivers of Vulkan alone, by their manifests.
+/// Runs the command with only the Vulkan drivers of the given manifests. Returns the exit status and standard error.
 #[cfg(target_os = "linux")]
 fn with_drivers(files: &str, arguments: &[&str]) -> (Option<i32>, String) {
     let output = run(arguments, &[("VK_DRIVER_FILES", files), ("WGPU_BACKEND", "vulkan")]);
@@ -135,7 +135,7 @@ fn adapters_of_one_name_are_told_apart_by_a_number() {
     assert!(status == Some(1) && said.contains("no graphics adapter is called \"#3\""), "{said}");
 }
 
-/// Memory is short for a map of 8192 by 8192 in four layers: the process may have little more than it starts with.
+/// Limits the process's memory so that a shadow map of 8192 by 8192 texels in four layers cannot be allocated.
 #[cfg(target_os = "linux")]
 #[test]
 fn memory_that_runs_out_names_the_resource() {
@@ -161,7 +161,7 @@ fn memory_that_runs_out_names_the_resource() {
     }
 }
 
-/// The manifest of lavapipe.
+/// Returns the path of lavapipe's manifest; `None` if it is not installed.
 #[cfg(target_os = "linux")]
 fn lavapipe() -> Option<PathBuf> {
     let files = std::fs::read_dir("/usr/share/vulkan/icd.d").ok()?.flatten().map(|entry| entry.path());
@@ -186,7 +186,7 @@ fn adapters_are_listed_with_what_they_draw() {
     assert!(unknown.status.code() == Some(1) && said.contains("\"no such\", as --adapter asks"), "{said}");
 }
 
-/// Mesa gives an older OpenGL where its variables say so.
+/// Environment variables that make Mesa offer an older version of OpenGL.
 const ES31: [(&str, &str); 3] =
     [("WGPU_BACKEND", "gl"), ("MESA_GL_VERSION_OVERRIDE", "3.1"), ("MESA_GLES_VERSION_OVERRIDE", "3.1")];
 const ES30: [(&str, &str); 3] =

@@ -17,7 +17,7 @@ fn render(pipeline: &str, out: &Path, arguments: &[&str]) -> Output {
     command.args(arguments).current_dir(root).output().expect("the command")
 }
 
-/// A Radiance picture of 4 by 2 texels of one color: the mantissas of 0.5, 0.25 and 0.125.
+/// Returns a Radiance picture of 4 by 2 texels of one color: the mantissas of 0.5, 0.25 and 0.125.
 fn dusk() -> Vec<u8> {
     let header = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 4\n".to_vec();
     header.into_iter().chain([128, 64, 32, 128].repeat(8)).collect()
@@ -41,7 +41,7 @@ fn an_environment_that_cannot_be_used_is_told() {
     assert!(!out.exists());
 }
 
-/// A pipe that nobody writes to would be waited for.
+/// The command must reject a pipe without a writer, from which a read would never return.
 #[cfg(unix)]
 #[test]
 fn a_pipe_is_no_environment() {

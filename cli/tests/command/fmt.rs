@@ -24,7 +24,7 @@ fn gives(output: &Output, status: i32, standard_output: &str) {
     assert_eq!(output.status.code(), Some(status), "{}", text(&output.stderr));
 }
 
-/// A file of a folder with this text.
+/// Writes a text to a file in a folder, and returns the file's path.
 fn file(folder: &Path, name: &str, text: &str) -> PathBuf {
     let path = folder.join(name);
     std::fs::write(&path, text).unwrap();

@@ -13,7 +13,7 @@ fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..").canonicalize().unwrap()
 }
 
-/// The chapters in the order of their names.
+/// Returns the paths of the guide's chapters, sorted.
 fn chapters() -> Vec<PathBuf> {
     let mut chapters: Vec<PathBuf> = std::fs::read_dir(root().join("docs/guide"))
         .unwrap()
@@ -24,12 +24,12 @@ fn chapters() -> Vec<PathBuf> {
     chapters
 }
 
-/// The fenced blocks of a document: what stands behind the fence, and the text.
+/// Returns the fenced blocks of a Markdown text: the language after the fence, and the content.
 fn blocks(text: &str) -> impl Iterator<Item = (&str, &str)> {
     text.split("```").skip(1).step_by(2).filter_map(|block| block.split_once('\n'))
 }
 
-/// Runs a line as a shell does, with the command of this build and the checkout under the names that the guide says.
+/// Runs a shell command line with this build's command, in a folder laid out as the guide says.
 fn typed(line: &str, folder: &Path) {
     let built = Path::new(env!("CARGO_BIN_EXE_umbragraph")).parent().unwrap();
     let path = std::env::var("PATH").unwrap_or_default();

@@ -14,7 +14,7 @@ const SMALLEST: &str = r#"{
   "passes": { "fill": { "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "&target" }] } } }
 }"#;
 
-/// Runs the command in a folder, for so long as nothing should take.
+/// Runs the command in a folder, with a time limit that no input should exceed.
 #[track_caller]
 fn run(folder: &Path, arguments: &[&str]) -> Output {
     let mut child = Command::new(env!("CARGO_BIN_EXE_umbragraph"))
@@ -162,14 +162,14 @@ fn a_colon_in_the_name_of_a_folder_is_no_scheme() {
     assert!(!said.contains("nebula.json\" cannot be read") && said.contains("d:ef/more.json"), "{said}");
 }
 
-/// Whether a text commands a terminal, or turns the order of its letters.
+/// Returns `true` if a text contains terminal control characters or changes the text direction.
 fn commands(text: &str) -> bool {
     let is_bidirectional =
         |c: char| matches!(c, '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
     text.chars().any(|c| c.is_control() && c != '\n' && c != '\t' || is_bidirectional(c))
 }
 
-/// Everything that files and arguments can say, in the output of every command and form.
+/// Tests texts from files and arguments in the output of every command and format.
 #[test]
 fn names_and_excerpts_command_no_terminal() {
     let folder = ScratchFolder::new("input-escapes");

@@ -9,7 +9,7 @@ fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 
-/// The exit status, standard output and standard error.
+/// Runs `reference`. Returns the exit status, standard output and standard error.
 fn reference(arguments: &[&str]) -> (Option<i32>, String, String) {
     let mut command = Command::new(env!("CARGO_BIN_EXE_umbragraph"));
     let output = command.arg("reference").args(arguments).current_dir(root()).output().expect("the command");

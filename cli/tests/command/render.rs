@@ -12,7 +12,7 @@ fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 
-/// Renders at 64 by 36.
+/// Runs `render` with a size of 64 by 36 pixels.
 fn render(pipeline: &str, scene: &str, arguments: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_umbragraph"));
     command.args(["render", pipeline, "--scene", scene, "--size", "64x36"]).args(arguments);
@@ -25,7 +25,7 @@ fn fine(output: &Output) -> String {
     text(&output.stdout)
 }
 
-/// Width, height and the pixels of a PNG.
+/// Reads a PNG file. Returns width, height and the bytes of the pixels.
 fn png(path: &Path) -> (u32, u32, Vec<u8>) {
     let mut reader =
         png::Decoder::new(std::io::BufReader::new(std::fs::File::open(path).unwrap())).read_info().unwrap();
@@ -370,7 +370,7 @@ fn options_without_sense_are_named() {
     assert_eq!(std::fs::read_dir(folder.join("")).unwrap().count(), 0);
 }
 
-/// The lesson's own lighting, with a number that the template has which it extends.
+/// Tests a lesson's own lighting, with a binding number that the template it extends also uses.
 #[test]
 fn bindings_of_the_library_move_aside_for_those_of_an_author() {
     if gpu::device().is_none() {
@@ -429,7 +429,8 @@ fn nothing_but_diagnostics_stands_on_standard_error() {
     assert_eq!(text(&output.stderr), "");
 }
 
-/// Writes a scene of so many triangles over a floor, each of a material of its own, in light of each kind.
+/// Writes a scene of `count` triangles over a floor, each with its own material, and a light of each kind. Returns its
+/// path.
 fn of_materials(folder: &Path, count: usize) -> String {
     let positions: [[f32; 3]; 3] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
     let bytes: Vec<u8> = positions.iter().flatten().flat_map(|number| number.to_le_bytes()).collect();

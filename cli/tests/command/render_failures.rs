@@ -12,7 +12,8 @@ fn root() -> PathBuf {
 
 const FIGURE: &str = "examples/scenes/figure.glb";
 
-/// The picture is a copy of a copy of `first`, whose memory `third` has by then; `dead` leads nowhere.
+/// A pipeline whose picture is a copy of a copy of `first`. The resource `third` reuses the memory of `first`; `dead`
+/// has no reader.
 const CHAIN: &str = r#"{
   "format": 1, "name": "chain",
   "resources": {
@@ -131,7 +132,7 @@ fn aliased_memory_is_captured_in_time_and_culled_says_why_not() {
     assert!(!folder.join("a.png").exists() && !folder.join("d.png").exists());
 }
 
-/// A limit on the size of files stands for a disk that fills up: writing beyond it fails half way.
+/// Simulates a full disk by a limit on the size of files: writing beyond the limit fails half way.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_disk_that_fills_up_leaves_no_half_file_and_what_was_there() {
@@ -187,7 +188,7 @@ fn a_disk_that_fills_up_leaves_no_half_file_and_what_was_there() {
     }
 }
 
-/// Frames are written as they are drawn: how many are asked for takes no memory.
+/// Tests that frames are written as they are rendered, so memory does not grow with their number.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_million_frames_take_the_memory_of_a_few() {
@@ -254,7 +255,7 @@ fn an_interrupted_animation_leaves_nothing() {
     }
 }
 
-/// A pipe that nobody writes to would be waited for.
+/// The command must reject a pipe without a writer, from which a read would never return.
 #[cfg(unix)]
 #[test]
 fn pipes_in_place_of_captures_and_times_are_rejected() {

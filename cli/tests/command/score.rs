@@ -80,7 +80,8 @@ fn rays_are_kept_and_an_answer_is_the_same_with_them() {
     assert!(kept().len() > 4);
 }
 
-/// The default filter of `awsm` is wider than posts and limbs, which it washes out; the preset is not.
+/// The default filter of `awsm` is wider than posts and limbs, so their shadows blur away; the preset's filter is
+/// narrower.
 #[test]
 fn the_preset_clean_of_awsm_keeps_the_shadows_of_what_is_thin() {
     if gpu::device().is_none() {
@@ -207,7 +208,7 @@ fn where_nothing_casts_shadows_there_is_no_score_of_any() {
     assert_eq!(json["worst"], serde_json::Value::Null);
 }
 
-/// A hilly ground of so many quads along each side: bytes of positions and of indices.
+/// Returns the bytes of positions and of indices of a hilly ground with `columns` by `rows` quads.
 fn ground(columns: u32, rows: u32) -> [Vec<u8>; 2] {
     let (mut positions, mut indices) = (Vec::new(), Vec::new());
     for z in 0..=rows {
@@ -229,7 +230,7 @@ fn ground(columns: u32, rows: u32) -> [Vec<u8>; 2] {
     [positions, indices]
 }
 
-/// A glTF scene of that ground, from `ground.bin`, without a camera and with one sun.
+/// Returns a glTF scene of the ground in `ground.bin`, with one sun and without a camera.
 fn scene_of(vertices: u32, triangles: u32, extras: &str) -> String {
     let (positions, indices) = (12 * vertices, 12 * triangles);
     format!(

@@ -7,7 +7,7 @@ use umbragraph_test_support::command::{rejected, text};
 use umbragraph_test_support::gpu;
 use umbragraph_test_support::scratch::ScratchFolder;
 
-/// A function with two axes: with both it doubles.
+/// A template of a function with two axes: the function doubles its argument if both are on.
 const SCALED: &str = "{% if wide and sharp %}
 fn scaled(x: f32) -> f32 { return 2.0 * x; }
 {% elif wide %}
@@ -41,7 +41,7 @@ fn command(folder: &ScratchFolder, arguments: &[&str]) -> Output {
     command.current_dir(&**folder).args(arguments).output().expect("the command")
 }
 
-/// A folder with `shaders/scaled.wgsl.jinja`, its axes, and a file of tests.
+/// Creates a folder with `shaders/scaled.wgsl.jinja`, its axes, and a test file.
 fn folder(name: &str, tests: &str) -> ScratchFolder {
     let folder = ScratchFolder::new(name);
     std::fs::create_dir_all(folder.join("shaders")).unwrap();
@@ -52,7 +52,7 @@ fn folder(name: &str, tests: &str) -> ScratchFolder {
     folder
 }
 
-/// Runs the tests of a text; `None` without an adapter.
+/// Runs the tests in a test file with this text; `None` without an adapter.
 fn tested(name: &str, tests: &str, arguments: &[&str]) -> Option<Output> {
     gpu::device()?;
     let folder = folder(name, tests);

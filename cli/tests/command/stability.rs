@@ -10,7 +10,7 @@ use std::process::Command;
 
 use serde_json::{Map, Value};
 
-/// The kinds of files that have a schema, and the language that each is in: a key has one meaning in all of one.
+/// The kinds of files that have a schema, each with its language; a key has the same meaning throughout a language.
 const KINDS: [(&str, &str); 5] = [
     ("pipeline", "document"),
     ("extension", "document"),
@@ -23,7 +23,7 @@ fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 
-/// The exit status and standard output.
+/// Runs the command. Returns the exit status, and standard output followed by standard error.
 fn run(arguments: &[&str]) -> (Option<i32>, String) {
     let mut command = Command::new(env!("CARGO_BIN_EXE_umbragraph"));
     let output = command.args(arguments).current_dir(root()).output().expect("the command");
@@ -31,7 +31,7 @@ fn run(arguments: &[&str]) -> (Option<i32>, String) {
     (output.status.code(), text(&output.stdout) + &text(&output.stderr))
 }
 
-/// The keys and words that a schema allows, each under the key that it stands below.
+/// The keys and words that a schema allows, each below its parent key.
 struct Words<'a> {
     definitions: &'a Map<String, Value>,
     seen: BTreeSet<(&'a str, String)>,
@@ -85,7 +85,7 @@ fn words_of_files(kind: &str, language: &str) -> BTreeSet<String> {
     words.found.iter().map(|word| format!("{language}: {word}")).collect()
 }
 
-/// The codes that the reference lists.
+/// Returns the diagnostic codes that the reference lists.
 fn codes() -> BTreeSet<String> {
     let page = std::fs::read_to_string(root().join("docs/reference/diagnostics.md")).unwrap();
     let starts = page.match_indices("UG").filter_map(|(at, _)| page.get(at..at + 6));
@@ -95,7 +95,7 @@ fn codes() -> BTreeSet<String> {
         .collect()
 }
 
-/// The subcommands, and their long options.
+/// Returns the subcommands and their long options.
 fn options() -> BTreeSet<String> {
     let (_, help) = run(&["--help"]);
     let list = help

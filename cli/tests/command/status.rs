@@ -21,7 +21,7 @@ fn command(arguments: &[&str]) -> Command {
     command
 }
 
-/// Runs the command, which must fail with this status and say this code.
+/// Runs the command, which must fail with this exit status and print all of these texts.
 #[track_caller]
 fn rejected(arguments: &[&str], status: i32, says: &[&str]) -> String {
     umbragraph_test_support::command::rejected(&run(arguments), status, says)
@@ -473,7 +473,7 @@ fn options_that_would_have_no_effect_are_rejected() {
     assert_eq!(run(&["wgsl", pipeline, "--target", "wgsl", "--map"]).status.code(), Some(0));
 }
 
-/// Memory and passes of the flagship's presets, from the table of `docs/shadows.md`.
+/// Tests the memory and pass counts of the presets of `umbra` in the table of `docs/shadows.md`.
 #[test]
 fn presets_of_the_flagship_take_the_memory_that_docs_say() {
     let page = std::fs::read_to_string(root().join("docs/shadows.md")).unwrap();

@@ -15,7 +15,7 @@ fn command(arguments: &[&str]) -> Command {
     command
 }
 
-/// Every command that prints, with the exit status that it has whoever reads.
+/// Every command that prints, with its exit status, which does not depend on the reader of its output.
 const PRINTING: &[(&[&str], i32)] = &[
     (&["check", "pipelines/nebula.json"], 0),
     (&["permutations", "pipelines/learn/10-features.json"], 0),
@@ -111,7 +111,8 @@ fn output_that_is_lost_is_an_error_of_every_command() {
     assert!(lost >= 24, "only {lost}");
 }
 
-/// Runs the command with standard error on a terminal; what arrived there, or `None` where no terminal can be had.
+/// Runs the command with standard error on a terminal and returns the terminal's output; `None` if no terminal is
+/// available.
 #[cfg(target_os = "linux")]
 fn on_a_terminal(arguments: &str) -> Option<String> {
     let folder = ScratchFolder::new("streams-terminal");

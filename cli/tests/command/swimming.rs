@@ -11,13 +11,13 @@ use umbragraph_test_support::{gpu, property};
 
 const PART: u32 = 4;
 
-/// Two movements of the camera, as keys of a path of 200 frames.
+/// A camera path of 200 frames, as key frames.
 const WALK: &str = r#"{ "keys": [ { "time": 0, "position": [1.9, 4, 16.2], "target": [0.2, 2.66, -3.8] },
     { "time": 6.7, "position": [4.9, 4, 12.2], "target": [3.2, 2.66, -7.8] } ] }"#;
 const TURN: &str = r#"{ "keys": [ { "time": 0, "position": [1.9, 4, 16.2], "target": [-8, 2.66, -3.8] },
     { "time": 6.7, "position": [1.9, 4, 16.2], "target": [10, 2.66, -3.8] } ] }"#;
 
-/// The points that are seen twice, and how many of them have another shadow term.
+/// Scores a part of a camera path. Returns the number of points seen twice, and of those whose shadow term changes.
 fn measured(folder: &ScratchFolder, path: &str, snap: &str, part: u32) -> [u64; 2] {
     let file = |name: &str| folder.join(name).to_str().unwrap().to_owned();
     let keys = file("keys.json");

@@ -11,7 +11,7 @@ fn view(program: &Path, path: &Path, arguments: &[&str]) -> Output {
     Command::new(program).arg("view").args(arguments).env("PATH", path).output().expect("the command")
 }
 
-/// Writes a program that says its name and its arguments.
+/// Writes a program that prints its name and its arguments.
 fn write_program(folder: &Path, name: &str) {
     use std::os::unix::fs::PermissionsExt as _;
     let path = folder.join("umbragraph-view");

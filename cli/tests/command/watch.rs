@@ -35,7 +35,7 @@ impl Watch {
         Self { child, lines }
     }
 
-    /// The lines up to the next summary.
+    /// Returns the output lines up to the next summary.
     #[track_caller]
     fn said(&self) -> Vec<String> {
         let mut said = Vec::new();

@@ -11,7 +11,7 @@ fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 
-/// The output of the command on both streams, and its exit status.
+/// Runs `why`. Returns the output of both streams and the exit status as text.
 fn said(arguments: &str, more: &[&str]) -> String {
     said_in(&root(), arguments, more)
 }

@@ -12,7 +12,7 @@ use bevy::render::sync_world::RenderEntity;
 
 use crate::{Graph, Pipeline, Tint};
 
-/// A directional light of Bevy's.
+/// A directional light extracted from the Bevy world.
 pub(crate) struct Sun {
     pub(crate) direction: [f64; 3],
     pub(crate) color: [f32; 3],
@@ -20,17 +20,17 @@ pub(crate) struct Sun {
     pub(crate) casts_shadows: bool,
 }
 
-/// The part of Bevy's world that the frame needs.
+/// The data that a frame needs from the Bevy world.
 #[derive(Resource)]
 pub(crate) struct Scene {
     pub(crate) pipelines: EntityHashMap<umbragraph::Pipeline>,
     pub(crate) suns: Vec<Sun>,
-    /// The corners of the box around everything.
+    /// The minimum and maximum corner of the bounding box of all meshes, in metres; `None` without meshes.
     pub(crate) bounds: Option<[[f64; 3]; 2]>,
     pub(crate) index: u64,
-    /// The objects, sorted by mesh: matrix, that of normals, color.
+    /// The objects, sorted by mesh: world matrix, matrix for normals, and colour of each.
     pub(crate) objects: RawBufferVec<[f32; 4]>,
-    /// The ranges of objects that share a mesh.
+    /// The meshes to draw, each with the range of its objects in `objects`.
     pub(crate) batches: Vec<(AssetId<Mesh>, Range<u32>)>,
 }
 

@@ -29,19 +29,20 @@ use umbragraph::{Frame, Library, Options, Renderer};
 use extract::{Scene, extract, upload};
 use meshes::{Meshes, interface};
 
-/// A pipeline, loaded from a file that ends in `.graph.json`.
+/// An umbragraph pipeline as an asset, loaded from a file whose name ends in `.graph.json`.
 #[derive(Asset, TypePath)]
 pub struct Pipeline(umbragraph::Pipeline);
 
-/// The pipeline that a camera draws.
+/// A component of cameras: the pipeline that draws the camera's picture.
 #[derive(Component)]
 pub struct Graph(pub Handle<Pipeline>);
 
-/// The color of an entity that pipelines draw.
+/// A component of meshes: the colour with which pipelines draw the entity. Pipelines do not draw meshes without this
+/// component.
 #[derive(Component)]
 pub struct Tint(pub Color);
 
-/// Loads pipelines, and draws them for cameras with a [`Graph`].
+/// A plugin that loads pipelines, and draws them for cameras with a [`Graph`].
 pub struct UmbragraphPlugin;
 
 impl Plugin for UmbragraphPlugin {

@@ -9,10 +9,10 @@ use umbragraph::wgpu::{BindingResource, VertexFormat::Float32x2, VertexFormat::F
 
 use crate::extract::Scene;
 
-/// The bytes of a vertex.
+/// The size of a vertex in bytes: position, normal and texture coordinates.
 const STRIDE: u64 = 32;
 
-/// The layout of meshes in Bevy's buffers, and of objects in those of this plugin.
+/// The layout of vertices in Bevy's buffers, and of objects in the buffer of this plugin.
 pub(crate) fn interface() -> HostInterface {
     let vertex = [("position", Float32x3, 0), ("normal", Float32x3, 12), ("texcoord", Float32x2, 24)];
     let matrices = [("world_from_object", ValueType::MAT4, 0), ("normal_from_object", ValueType::MAT4, 64)];
@@ -23,7 +23,7 @@ pub(crate) fn interface() -> HostInterface {
         .any_filter()
 }
 
-/// The meshes of a frame.
+/// The meshes of a frame, as the draw source of its pipeline.
 pub(crate) struct Meshes<'a> {
     pub(crate) scene: &'a Scene,
     pub(crate) allocator: &'a MeshAllocator,

@@ -11,14 +11,14 @@ use bevy::render::render_resource::{TextureFormat, TextureUsages};
 
 use crate::{Graph, Tint, UmbragraphPlugin};
 
-/// Width and height of the picture.
+/// The width and height of the picture, in pixels.
 pub const SIZE: [u32; 2] = [640, 384];
 
-/// The picture that was read back last: texels of four bytes.
+/// The picture that was read back last, with four bytes (RGBA) per pixel; empty before the first.
 #[derive(Resource, Default)]
 pub struct Picture(pub Vec<u8>);
 
-/// The application, with its assets in a folder.
+/// Creates the application; `assets` is the folder of its assets.
 pub fn app(assets: &str) -> App {
     let mut app = App::new();
     let window = bevy::window::WindowPlugin {
@@ -40,8 +40,8 @@ pub fn app(assets: &str) -> App {
     app
 }
 
-/// Runs the application until a picture is another than the one given, and stays as it is; `None` where none is in some
-/// seconds.
+/// Runs the application until a picture differs from `before` and stays unchanged for some frames. Returns `None` if
+/// that takes longer than `seconds`.
 pub fn picture(app: &mut App, before: &[u8], seconds: u64) -> Option<Vec<u8>> {
     let start = Instant::now();
     let (mut last, mut same) = (Vec::new(), 0);

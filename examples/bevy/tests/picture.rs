@@ -36,8 +36,8 @@ fn the_picture_is_the_committed_one_and_follows_the_file() {
     assert!(picture(&mut app, &without, 60).expect("a picture again") == first);
 }
 
-/// Holds a picture to the committed one: at most a thousandth of the pixels is off by more than 8 of 255, and the mean
-/// by half a level. `UMBRAGRAPH_BLESS=1` renews it.
+/// Asserts that a picture matches the committed one. At most 0.1 % of the pixels may differ by more than 8 of 255, and
+/// the mean difference may be 0.5 of 255. `UMBRAGRAPH_BLESS=1` overwrites the committed picture.
 fn compare(drawn: &[u8]) {
     let save = |path: &Path| {
         let file = BufWriter::new(std::fs::File::create(path).unwrap());

@@ -12,7 +12,7 @@ use umbragraph::{Frame, Library, Options, Pipeline, Renderer, wgpu};
 use crate::controls::{Control, controls};
 use crate::drive::Drive;
 
-/// The application.
+/// The application: pipeline, scene, controls and frame state.
 pub(crate) struct Viewer {
     pipeline: Pipeline,
     renderer: Renderer,
@@ -53,7 +53,7 @@ impl Viewer {
         })
     }
 
-    /// Draws a frame of a size into a texture of egui's.
+    /// Draws a frame of a size in pixels into a texture that egui can show.
     fn draw(
         &mut self,
         state: &RenderState,
@@ -103,7 +103,7 @@ impl Viewer {
         target
     }
 
-    /// A row for each live parameter; what is moved holds from this frame on.
+    /// Shows a row for each live parameter. A changed value takes effect from this frame on.
     fn parameters(&mut self, ui: &mut egui::Ui) {
         let Some(executor) = self.renderer.executor() else { return };
         if self.controls.is_empty() {

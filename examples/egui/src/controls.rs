@@ -11,7 +11,7 @@ use umbragraph::low_level::language::ParameterType;
 /// The width of a slider's rail, in points.
 pub(crate) const RAIL: f32 = 220.0;
 
-/// A live parameter with its value.
+/// A live parameter with its value, description, range and type.
 pub(crate) struct Control {
     pub(crate) name: String,
     pub(crate) value: Value,
@@ -21,7 +21,7 @@ pub(crate) struct Control {
     words: Vec<String>,
 }
 
-/// The live parameters of a plan.
+/// Creates a control for each live parameter of a plan.
 pub(crate) fn controls(plan: &Plan) -> Vec<Control> {
     let live = plan.pipeline.parameters.iter().filter(|(_, parameter)| parameter.structural.is_none());
     let control = |(name, parameter): (&String, &umbragraph::low_level::pipeline::ValuedParameter)| {
@@ -44,7 +44,7 @@ pub(crate) fn controls(plan: &Plan) -> Vec<Control> {
 }
 
 impl Control {
-    /// Shows the control; whether the value is another now, and where the first of its parts is.
+    /// Shows the control. Returns `true` if the value has changed, and the rectangle of its first part.
     pub(crate) fn show(&mut self, ui: &mut egui::Ui) -> (bool, egui::Rect) {
         ui.spacing_mut().slider_width = RAIL;
         ui.label(&self.name).on_hover_text(&self.description);

@@ -12,7 +12,8 @@ use crate::controls::RAIL;
 
 const NAME: &str = "exposure";
 
-/// The frames after which something happens: sizes have settled, the slider is held, and has been moved.
+/// The number of the frame for the first picture, when sizes have settled. The slider is held from `HELD` on; `AFTER`
+/// is the frame of the second picture.
 const BEFORE: u32 = 20;
 const HELD: u32 = 30;
 const AFTER: u32 = 50;
@@ -31,7 +32,7 @@ impl Drive {
         Self { folder, frame: 0, rect: None, before: None, pictures: Default::default() }
     }
 
-    /// Notes the place of the slider of a parameter.
+    /// Stores the rectangle of the slider, if `name` is the driven parameter.
     pub(crate) fn sees(&mut self, name: &str, rect: Rect) {
         if name == NAME {
             self.rect = Some(rect);

@@ -23,7 +23,7 @@ fn a_slider_changes_the_live_frame_and_nothing_is_created() {
     assert!(colors > 1000 && light(&after) > light(&before) * 11 / 10);
 }
 
-/// The right half of a picture.
+/// Reads the right half of a PNG file as RGB bytes.
 fn read(path: &Path) -> Vec<u8> {
     let file = std::io::BufReader::new(std::fs::File::open(path).unwrap());
     let mut reader = png::Decoder::new(file).read_info().unwrap();

@@ -21,17 +21,17 @@ use umbragraph_pipeline::work::{
     RenderWork, ResourceHandle, Subresource, TransferEnd, TransferWork, Work,
 };
 
-/// A pipeline in the making.
+/// A builder for a typed pipeline without a document.
 #[derive(Debug)]
 pub struct Assembly {
     pipeline: TypedPipeline,
-    /// The work of each pass, and its further accesses.
+    /// The work of each pass, and its accesses other than attachments.
     works: Vec<(Work, Vec<Access>)>,
     sources: Sources,
     place: Span,
 }
 
-/// A pass in the making; it is part of the pipeline from the start.
+/// A builder for one pass; the pass is part of the pipeline from the start.
 #[derive(Debug)]
 pub struct AssemblyPass<'a> {
     assembly: &'a mut Assembly,
@@ -41,7 +41,7 @@ pub struct AssemblyPass<'a> {
 }
 
 impl Assembly {
-    /// An empty pipeline for the profile `webgpu`.
+    /// Starts an empty pipeline for the profile `webgpu`.
     pub fn new(name: &str) -> Self {
         let mut sources = Sources::new();
         let place = Span::new(sources.add("<assembled>", ""), 0..0);
@@ -78,17 +78,17 @@ impl Assembly {
         Self { pipeline, works: Vec::new(), sources, place }
     }
 
-    /// A transient texture of the size of the viewport, one mip, one layer.
+    /// Adds a transient texture of the size of the viewport, with one mip level and one layer.
     pub fn texture(&mut self, name: &str) -> ResourceHandle {
         self.texture_with(name, |_| {})
     }
 
-    /// An imported texture.
+    /// Adds an imported texture of the size of the viewport, with one mip level and one layer.
     pub fn imported(&mut self, name: &str) -> ResourceHandle {
         self.texture_with(name, |texture| texture.lifetime = Lifetime::Imported)
     }
 
-    /// A texture as the caller describes it, starting from a transient one of the size of the viewport.
+    /// Adds a texture that `describe` changes from a transient one of the size of the viewport.
     pub fn texture_with(
         &mut self,
         name: &str,
@@ -111,17 +111,17 @@ impl Assembly {
         self.resource(name, ResourceKind::Texture(Box::new(texture)))
     }
 
-    /// A transient texture of a size of its own.
+    /// Adds a transient texture of a fixed width and height in texels.
     pub fn sized_texture(&mut self, name: &str, width: u32, height: u32) -> ResourceHandle {
         self.texture_with(name, |texture| texture.size = Expr(serde_json::json!([width, height])))
     }
 
-    /// A buffer.
+    /// Adds a buffer of a fixed size in bytes.
     pub fn buffer(&mut self, name: &str, bytes: u32, lifetime: Lifetime) -> ResourceHandle {
         self.sized_buffer(name, Expr::from(f64::from(bytes)), lifetime)
     }
 
-    /// A buffer whose bytes an expression says.
+    /// Adds a buffer whose size in bytes is an expression.
     pub fn sized_buffer(&mut self, name: &str, size: Expr, lifetime: Lifetime) -> ResourceHandle {
         let declaration = BufferDeclaration {
             size,
@@ -134,12 +134,12 @@ impl Assembly {
         self.resource(name, ResourceKind::Buffer(Box::new(declaration)))
     }
 
-    /// A texture of which `frames` earlier frames can be read, opaque black before there are any.
+    /// Adds a history texture of which `frames` earlier frames can be read; opaque black until those frames exist.
     pub fn history(&mut self, name: &str, frames: u32) -> ResourceHandle {
         self.history_with(name, frames, |_| {})
     }
 
-    /// A texture of which earlier frames can be read, as the caller describes it.
+    /// Adds a history texture of which `frames` earlier frames can be read and which `describe` changes.
     pub fn history_with(
         &mut self,
         name: &str,
@@ -166,17 +166,18 @@ impl Assembly {
         of
     }
 
-    /// An earlier frame of a history.
+    /// Returns the resource of the frame `back` frames ago in a history.
     ///
     /// # Panics
-    /// If the resource has no history, or one that is shorter.
+    ///
+    /// Panics if the resource is no history, or its history is shorter.
     pub fn earlier(&self, resource: ResourceHandle, back: u32) -> ResourceHandle {
         let history = self.pipeline.resource(resource).history;
         let earlier = history.and_then(|history| history.members().nth(back as usize));
         earlier.unwrap_or_else(|| panic!("no such frame"))
     }
 
-    /// A toggle, which is on where nobody says anything. Their names have to ascend.
+    /// Adds a toggle that is on by default, and returns its index. Toggles must be added in ascending order of names.
     pub fn toggle(&mut self, name: &str) -> usize {
         let (place, pointer) = (self.place, format!("/toggles/{name}"));
         let (name, description) = (name.to_owned(), None);
@@ -184,7 +185,7 @@ impl Assembly {
         self.pipeline.toggles.len() - 1
     }
 
-    /// Lets readers see another resource while the toggle of the passes that write one is switched the other way.
+    /// Lets readers of a resource use `version` of `fallback` in frames in which `condition` does not hold.
     pub fn passthrough(
         &mut self,
         resource: ResourceHandle,
@@ -212,7 +213,7 @@ impl Assembly {
         ResourceHandle::at(self.pipeline.resources.len() - 1)
     }
 
-    /// A pass that uses nothing yet.
+    /// Adds a pass without accesses.
     pub fn pass(&mut self, name: &str) -> AssemblyPass<'_> {
         let handle = PassHandle::at(self.pipeline.passes.len());
         let (kind, pointer) = ("assembled".to_owned(), format!("/passes/{name}"));
@@ -221,12 +222,12 @@ impl Assembly {
         AssemblyPass { assembly: self, handle, color: Vec::new(), depth: None }
     }
 
-    /// A part of a resource, for the ends of copies.
+    /// A subresource range of a resource, as an end of a copy.
     pub fn subresource(&self, resource: ResourceHandle, range: SubresourceRange) -> Subresource {
         Subresource { resource, range, version: Version::Newest, place: self.place, pointer: String::new() }
     }
 
-    /// The pipeline, and the sources that its places belong to.
+    /// Returns the pipeline, and the sources to which its source locations refer.
     pub fn finish(mut self) -> (Arc<TypedPipeline>, Sources) {
         for (pass, (work, others)) in self.pipeline.passes.iter_mut().zip(self.works) {
             pass.set_work(work, others, &self.pipeline.resources);
@@ -238,12 +239,12 @@ impl Assembly {
 }
 
 impl AssemblyPass<'_> {
-    /// The pass.
+    /// The handle of the pass.
     pub fn handle(&self) -> PassHandle {
         self.handle
     }
 
-    /// Samples all of the newest version of a texture.
+    /// Samples the whole newest version of a texture.
     pub fn reads(self, resource: ResourceHandle) -> Self {
         self.accesses(resource, SubresourceRange::WHOLE, Usage::Sampled, Version::Newest)
     }
@@ -263,22 +264,22 @@ impl AssemblyPass<'_> {
         )
     }
 
-    /// Replaces all of a resource as storage.
+    /// Replaces a whole resource by storage writes.
     pub fn writes(self, resource: ResourceHandle) -> Self {
         self.writes_range(resource, SubresourceRange::WHOLE)
     }
 
-    /// Replaces a subresource range of a resource as storage.
+    /// Replaces a subresource range of a resource by storage writes.
     pub fn writes_range(self, resource: ResourceHandle, range: SubresourceRange) -> Self {
         self.accesses(resource, range, Usage::StorageReplace, Version::Newest)
     }
 
-    /// Reads and writes all of a resource as storage.
+    /// Reads and writes a whole resource as storage.
     pub fn updates(self, resource: ResourceHandle) -> Self {
         self.accesses(resource, SubresourceRange::WHOLE, Usage::StorageReadWrite, Version::Newest)
     }
 
-    /// Any access.
+    /// Adds an access of any usage to a subresource range and version of a resource.
     pub fn accesses(
         mut self,
         resource: ResourceHandle,
@@ -292,7 +293,7 @@ impl AssemblyPass<'_> {
         self
     }
 
-    /// Draws to mip 0 and layer 0 of a color texture.
+    /// Attaches mip level 0 and layer 0 of a texture as the next color attachment.
     pub fn color(mut self, resource: ResourceHandle, load: LoadOperation<[f64; 4]>) -> Self {
         let to = self.attached(resource);
         self.color.push(ColorAttachment {
@@ -307,7 +308,7 @@ impl AssemblyPass<'_> {
         self.draw()
     }
 
-    /// Draws with mip 0 and layer 0 of a depth texture, which it writes unless `write` is false.
+    /// Attaches mip level 0 and layer 0 of a texture for depth; read-only if `write` is `false`.
     pub fn depth(mut self, resource: ResourceHandle, load: LoadOperation<f64>, write: bool) -> Self {
         let to = self.attached(resource);
         let load = load.map(|depth| Depth(depth).into());
@@ -316,26 +317,26 @@ impl AssemblyPass<'_> {
         self.draw()
     }
 
-    /// Copies one end to another, or fills a buffer with zeros.
+    /// Copies `source` to `destination`, or fills the destination buffer with zeros if `source` is `None`.
     pub fn copies(mut self, source: Option<TransferEnd>, destination: TransferEnd, written: Usage) -> Self {
         let transfer = TransferWork { source, destination, written, extent: None };
         self.work().0 = Work::Transfer(Box::new(transfer));
         self
     }
 
-    /// Runs after another pass.
+    /// Makes this pass run after another pass.
     pub fn after(mut self, pass: PassHandle) -> Self {
         self.declared().after.push(pass);
         self
     }
 
-    /// Runs while a toggle is on, or off.
+    /// Makes this pass run only in frames in which a toggle is on, or off if `on` is `false`.
     pub fn toggle(mut self, toggle: usize, on: bool) -> Self {
         self.declared().condition = Some(Condition { toggle, on });
         self
     }
 
-    /// Is kept even if nothing reads what it writes.
+    /// Marks the pass as having a side effect, so that it is never culled.
     pub fn side_effect(mut self) -> Self {
         self.declared().side_effect = true;
         self
@@ -353,7 +354,7 @@ impl AssemblyPass<'_> {
         self.assembly.subresource(resource, SubresourceRange::of(Some(0), Some(0)))
     }
 
-    /// Makes the pass draw to the attachments so far.
+    /// Turns the pass into one that draws to the attachments added so far.
     fn draw(mut self) -> Self {
         let (color, depth) = (self.color.clone(), self.depth.clone());
         let draw = Draw::Fullscreen { program: ProgramHandle::at(0), bindings: Vec::new() };

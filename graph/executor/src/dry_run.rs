@@ -25,7 +25,7 @@ use umbragraph_pipeline::diagnostic::{Diagnostic, Diagnostics, Place, codes};
 use umbragraph_pipeline::frame::{Bounds, Camera, FrameInput, Light, LightKind, Projection};
 use umbragraph_pipeline::shader::TargetProfile;
 
-/// A device without a driver, for plans of one profile.
+/// A device without a driver, on which plans of one profile are recorded to find errors of wgpu.
 pub struct DryRun {
     device: wgpu::Device,
     queue: wgpu::Queue,
@@ -33,10 +33,10 @@ pub struct DryRun {
 }
 
 impl DryRun {
-    /// A device with the limits and features of a profile.
+    /// Creates a device with the limits and features of a profile.
     ///
     /// # Errors
-    /// A profile that wgpu takes for no device's.
+    /// A profile that wgpu does not accept for any device.
     pub async fn new(profile: &TargetProfile) -> Result<Self, Diagnostic> {
         let noop = wgpu::NoopBackendOptions {
             limits: Some(profile.limits.clone()),
@@ -61,8 +61,8 @@ impl DryRun {
         Ok(Self { device, queue, executor: None })
     }
 
-    /// The errors of wgpu in a plan, at the passes that cause them. A plan that draws meshes of unknown storage is not
-    /// run.
+    /// Returns the errors of wgpu for a plan, each at the pass that causes it. A plan that draws meshes of unknown
+    /// layout is not run.
     pub async fn run(&mut self, plan: &Arc<Plan>) -> Diagnostics {
         if scenes(plan).any(|(_, scene)| !plan.pipeline.hosts.contains_key(&scene.geometry)) {
             return Diagnostics::new();
@@ -145,13 +145,13 @@ async fn record(
     diagnostics
 }
 
-/// A texture for each of the host's own.
+/// Creates a texture for each import of a plan.
 fn imports<'p>(device: &wgpu::Device, plan: &'p Plan) -> Vec<(&'p str, wgpu::Texture)> {
     let texture = |name| imported_texture(device, plan, name, wgpu::TextureUsages::COPY_SRC);
     plan.resources.keys().filter_map(|name| Some((name.as_str(), texture(name)?))).collect()
 }
 
-/// A camera before a cube, and a light of each kind.
+/// Returns a frame input with a camera in front of a cube, and a light of each kind.
 fn input() -> FrameInput {
     let kinds =
         [LightKind::Directional, LightKind::Point, LightKind::Spot { inner_angle: 0.3, outer_angle: 0.5 }];

@@ -40,20 +40,20 @@ pub struct Executor {
     gpu_times: GpuTimes,
     statistics: Statistics,
     warnings: Diagnostics,
-    /// Errors of creation that a browser has not told yet.
+    /// Device errors from creating objects whose outcome the browser has not reported yet.
     late: Caught,
     /// The number of records so far.
     records: u64,
 }
 
 impl Executor {
-    /// Instantiates a plan. `source` declares the storage of the host's meshes, if the plan does not contain it.
+    /// Instantiates a plan. `source` declares the layout of the host's meshes, if the plan does not contain it.
     ///
-    /// In a browser errors of the device arrive late; a record reports them then.
+    /// In a browser, errors of the device arrive late; a later record reports them.
     ///
     /// # Errors
-    /// A host whose interface does not fit the shaders, a device that lacks what the plan needs or is lost, errors of
-    /// the device.
+    /// A host whose interface does not fit the shaders, a device that is lost or does not meet the plan's requirements,
+    /// errors of the device.
     pub fn new(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
@@ -65,8 +65,8 @@ impl Executor {
         Self::with(preparation, queue, plan, source)
     }
 
-    /// Instantiates a plan with the shader modules, layouts and pipelines of another executor, on its device. Objects
-    /// that either makes later serve both.
+    /// Instantiates a plan on the device of another executor, and shares that executor's shader modules, layouts and
+    /// pipelines. Objects that either executor creates later are shared, too.
     ///
     /// # Errors
     /// As of [`Executor::new`].
@@ -148,8 +148,8 @@ impl Executor {
         self.preparation.clone()
     }
 
-    /// Installs a prepared plan: as [`Executor::set_plan`], but only textures, buffers and bind groups remain to be
-    /// made. Objects made by the preparation count in [`Executor::statistics`] from here on.
+    /// Installs a prepared plan as [`Executor::set_plan`] does, but creates only textures, buffers and bind groups.
+    /// Objects created by the preparation count in [`Executor::statistics`] from here on.
     ///
     /// # Errors
     /// As of [`Executor::set_plan`].
@@ -164,31 +164,31 @@ impl Executor {
         set
     }
 
-    /// A live parameter, to be set from frame to frame.
+    /// Returns the handle of a live parameter, which [`Executor::set`] takes.
     ///
     /// # Errors
-    /// No such parameter; one that is structural, with the place that makes it so; one of another type.
+    /// An unknown parameter; a structural one, with the place that makes it structural; one of another type.
     pub fn parameter<T: ParameterValue>(&self, name: &str) -> Result<Parameter<T>, Error> {
         Parameter::new(name, &self.instantiated.parameters, &self.instantiated.plan)
             .map_err(|found| self.error(found))
     }
 
-    /// Sets a live parameter for the records to come. Nothing is planned or created. Plans to come that have a live
-    /// parameter of that name take it over; handles are good for plans with the same parameters.
+    /// Sets a live parameter for the following records, without planning or creating objects. Later plans with a live
+    /// parameter of the same name keep the value. Handles are valid for all plans with the same parameters.
     ///
     /// # Errors
-    /// A handle of another plan; a value out of range, or of another length. What a record does not accept of several
-    /// values together it reports, and then all have the values of the record before.
+    /// A handle of another plan; a value out of range, or of another length. If values are invalid only in combination,
+    /// the next record reports an error, and all parameters keep the values of the record before.
     pub fn set<T: ParameterValue>(&mut self, parameter: Parameter<T>, value: T) -> Result<(), Error> {
         let at = if parameter.of == self.instantiated.parameters.id() { parameter.at } else { usize::MAX };
         let set = self.instantiated.parameters.set(at, &mut |to| value.assign(to));
         set.map_err(|found| self.error(found))
     }
 
-    /// A resource with the lifetime `imported`, as a texture or a buffer that the host gives with [`Executor::give`].
+    /// Returns the handle of a resource with the lifetime `imported`, for [`Executor::give`].
     ///
     /// # Errors
-    /// A name of no import of the plan of this type.
+    /// The plan has no import of this name and type.
     pub fn import<T: Importable>(&self, name: &str) -> Result<ImportHandle<T>, Error> {
         let Instantiated { resources, plan, .. } = &self.instantiated;
         let imports = &resources.imports;
@@ -206,12 +206,13 @@ impl Executor {
         Err(self.error(diagnostic.into()))
     }
 
-    /// Gives a texture, a part of one ([`Import`](crate::Import)), or a buffer for an import, until another is given: a
-    /// frame need not name it. Plans to come that import it have it too; handles are good for plans with the same
-    /// imports.
+    /// Sets the texture, part of a texture ([`Import`](crate::Import)) or buffer of an import until it is replaced, so
+    /// that frames need not name it. Later plans with the same import keep the object. Handles are valid for all plans
+    /// with the same imports.
     ///
     /// # Errors
-    /// A handle of another plan; a texture or buffer other than the plan was made for. What was given before stays.
+    /// A handle of another plan; a texture or buffer that differs from what the plan was made for. The previous object
+    /// then stays.
     pub fn give<'g, T: Importable>(
         &mut self,
         handle: ImportHandle<T>,
@@ -242,7 +243,7 @@ impl Executor {
         Error::new(found, &self.instantiated.plan.pipeline.sources)
     }
 
-    /// The plan.
+    /// The current plan.
     pub fn plan(&self) -> &Arc<Plan> {
         &self.instantiated.plan
     }
@@ -263,20 +264,19 @@ impl Executor {
         self.instantiated.cpu_passes.unread_lights(frame)
     }
 
-    /// The sizes that CPU passes want other than the plan has them, for
-    /// [`umbragraph_compiler::PlanOptions::data_sizes`]; `None` if they are content. A frame is right without them too,
-    /// only not as good.
+    /// Returns the data sizes that CPU passes request, for [`umbragraph_compiler::PlanOptions::data_sizes`]. `None` if
+    /// the planned sizes suffice. Frames with the planned sizes are correct, but of lower quality.
     pub fn wanted_sizes(&self) -> Option<BTreeMap<String, u32>> {
         self.instantiated.cpu_passes.wanted_sizes()
     }
 
-    /// The data that a CPU pass published in the last record, by the name of its resource.
+    /// The data that a CPU pass published in the last record, by the name of its resource; `None` without such data.
     pub fn data(&self, name: &str) -> Option<&BlackboardData> {
         self.instantiated.cpu_passes.data(name)
     }
 
-    /// Forgets what earlier frames left: the next record begins every history with its initial value, as after a cut to
-    /// another scene, or when a record's encoder was never submitted, and draws all views that were kept.
+    /// Drops all results of earlier frames: the next record begins every history with its initial value, and draws all
+    /// kept views. Call this after a cut to another scene, or when a record's encoder was never submitted.
     pub fn reset_history(&mut self) {
         self.instantiated.resources.histories.reset();
         self.instantiated.kept.iter_mut().for_each(redraw::Kept::forget);
@@ -326,8 +326,8 @@ impl Executor {
         }
     }
 
-    /// The texture of a resource, unless it is the host's own. Others may share it within a frame. For a history it is
-    /// the one that the last record wrote; `NAME@-1` is the one before.
+    /// The texture of a resource; `None` for a texture of the host's. Others may share it within a frame. For a history
+    /// it is the texture that the last record wrote; `NAME@-1` is the one before.
     pub fn texture(&self, name: &str) -> Option<&wgpu::Texture> {
         match self.instantiated.resources.physical(&self.instantiated.plan, name)? {
             Physical::Texture(index) => self.instantiated.resources.textures.texture(index),
@@ -335,7 +335,7 @@ impl Executor {
         }
     }
 
-    /// The buffer of a resource. Others may share it within a frame.
+    /// The buffer of a resource; `None` if the plan has none of this name. Other resources may share it within a frame.
     pub fn buffer(&self, name: &str) -> Option<&wgpu::Buffer> {
         match self.instantiated.resources.physical(&self.instantiated.plan, name)? {
             Physical::Buffer(index) => self.instantiated.resources.textures.buffer(index),
@@ -355,13 +355,13 @@ impl Executor {
         names.zip(self.times.passes.iter().copied())
     }
 
-    /// The start of each pass of [`Executor::times`] on the CPU, from the begin of the record on.
+    /// The start of each pass of [`Executor::times`] on the CPU, measured from the begin of the record.
     pub fn starts(&self) -> impl Iterator<Item = Duration> {
         self.times.starts.iter().copied()
     }
 
-    /// Switches the measurement of GPU times for each pass on or off; off at first. Returns whether the device can
-    /// measure: it needs the feature `timestamp-query`, and for copies `TIMESTAMP_QUERY_INSIDE_ENCODERS`.
+    /// Switches the measurement of GPU times for each pass on or off; off at first. Returns `true` if the device
+    /// supports it: this requires the feature `timestamp-query`, and for copies `TIMESTAMP_QUERY_INSIDE_ENCODERS`.
     pub fn measure_gpu_times(&mut self, on: bool) -> bool {
         self.gpu_times.switch(on, &self.preparation.device)
     }
@@ -387,7 +387,7 @@ impl Executor {
         drawn.map(|((planned, _), counts)| (planned.name.as_str(), *counts))
     }
 
-    /// The processor's time for preparing bind groups and uploading blocks in the last record.
+    /// The CPU time for preparing bind groups and uploading blocks in the last record.
     pub fn preparation_time(&self) -> Duration {
         self.times.preparation
     }
@@ -447,7 +447,7 @@ impl Executor {
         reject(failures)
     }
 
-    /// Creates what the record needs and uploads its blocks.
+    /// Creates the objects that the record needs, and uploads its blocks.
     fn prepare(&mut self, encoder: &wgpu::CommandEncoder, frame: &Frame<'_>) -> Result<(), Diagnostics> {
         self.records += 1;
         let mut creation = Creation::new(&self.preparation.device, &mut self.statistics);

@@ -40,10 +40,10 @@ impl std::fmt::Display for Component {
     }
 }
 
-/// The type of a published value: a scalar, vector or matrix, or an array of such.
+/// The type of a published value: a scalar, vector or matrix, or an array of one of these.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize)]
 pub struct ValueType {
-    /// The component type.
+    /// The type of each component.
     pub component: Component,
     /// The rows: 1 for a scalar, 2 to 4 for vectors and matrices.
     pub rows: u32,
@@ -67,23 +67,23 @@ impl ValueType {
     /// `mat4x4<f32>`
     pub const MAT4: Self = Self { component: Component::F32, rows: 4, columns: 4, count: None };
 
-    /// A scalar (one row) or vector.
+    /// The type of a scalar (one row) or a vector (2 to 4 rows).
     pub const fn vector(component: Component, rows: u32) -> Self {
         Self { component, rows, columns: 1, count: None }
     }
 
-    /// An array of `count` such values.
+    /// The type of an array of `count` values of this type.
     #[must_use]
     pub const fn array(self, count: u32) -> Self {
         Self { count: Some(count), ..self }
     }
 
-    /// The number of 32-bit words of one element.
+    /// The number of 32-bit words of one element, without padding.
     pub const fn element_words(self) -> usize {
         (self.rows * self.columns) as usize
     }
 
-    /// The number of 32-bit words of the whole value.
+    /// The number of 32-bit words of the whole value, without padding.
     pub fn words(self) -> usize {
         self.element_words() * self.count.unwrap_or(1) as usize
     }
@@ -104,74 +104,74 @@ impl std::fmt::Display for ValueType {
     }
 }
 
-/// A value that a data resource has.
+/// A named value of a blackboard data resource.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct Published {
-    /// The name by which shaders find it; of a member of a struct in an array `array.member`.
+    /// The name by which shaders find the value; `array.member` for a member of a struct in an array.
     pub name: String,
-    /// Its type.
+    /// The type of the value.
     pub value_type: ValueType,
-    /// A description, with its unit, for the reference.
+    /// A description of the value with its unit, for the reference.
     #[serde(skip)]
     pub description: &'static str,
 }
 
-/// The shape of a data resource: its values, sizes and views.
+/// The shape of a blackboard data resource: its published values, sizes and views.
 #[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct DataShape {
     /// The published values in the order in which they were declared.
     pub values: Vec<Published>,
     /// The maximum number of views that a frame can have.
     pub max_views: u32,
-    /// The layers that an array has at least, if views are drawn into its layers.
+    /// The minimum number of layers of an array texture whose layers the views are drawn into.
     pub view_layers: u32,
-    /// The width and height of the textures that the views are made for, in texels, if not any will do.
+    /// The width and height in texels of the textures that the views are made for; `None` if any size will do.
     pub view_extent: Option<[u32; 2]>,
-    /// The published sizes, each with the value that the first plan is made for.
+    /// The published sizes by name, each with the initial value that the first plan is made for.
     pub sizes: Vec<(String, u32)>,
 }
 
 impl DataShape {
-    /// Data with no published value.
+    /// Creates a shape without values, sizes and views.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Adds a value, with what it is and its unit.
+    /// Adds a published value; `description` says what the value is, and its unit.
     #[must_use]
     pub fn value(mut self, name: &str, value_type: ValueType, description: &'static str) -> Self {
         self.values.push(Published { name: name.to_owned(), value_type, description });
         self
     }
 
-    /// States the maximum number of views. Each of them can be drawn into a layer of its own, unless
-    /// [`DataShape::view_layers`] says otherwise.
+    /// Sets the maximum number of views of a frame. Each view has a layer of its own, unless [`DataShape::view_layers`]
+    /// sets another number of layers.
     #[must_use]
     pub fn views(self, max: u32) -> Self {
         Self { max_views: max, view_layers: max, ..self }
     }
 
-    /// States the layers that an array has at least: fewer than views where several are drawn into one, or where their
-    /// number is a published size.
+    /// Sets the minimum number of layers of an array texture that the views are drawn into. The number is less than
+    /// that of views where several views share a layer, or where the number of layers is a published size.
     #[must_use]
     pub fn view_layers(self, view_layers: u32) -> Self {
         Self { view_layers, ..self }
     }
 
-    /// States the width and height of the textures that the views are made for.
+    /// Sets the width and height in texels of the textures that the views are made for.
     #[must_use]
     pub fn view_extent(self, extent: [u32; 2]) -> Self {
         Self { view_extent: Some(extent), ..self }
     }
 
-    /// Adds a size, with the value that the first plan is made for.
+    /// Adds a published size; `initial` is the value that the first plan is made for.
     #[must_use]
     pub fn size(mut self, name: &str, initial: u32) -> Self {
         self.sizes.push((name.to_owned(), initial));
         self
     }
 
-    /// The index of a value.
+    /// Returns the index in `values` of the value with this name, or `None` if there is none.
     pub fn find(&self, name: &str) -> Option<usize> {
         self.values.iter().position(|value| value.name == name)
     }
@@ -181,13 +181,13 @@ impl DataShape {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct View {
-    /// World to clip space, depth 0..1 (or 1..0 where `reverse`).
+    /// The transform from world to clip space, with depth 0..1 (1..0 if `reverse`).
     pub clip_from_world: DMat4,
-    /// World to view space (looks along −Z).
+    /// The transform from world to view space, in which the view looks along −Z.
     pub view_from_world: DMat4,
     /// The position of the view, in world metres; for an orthographic view any point on its near plane.
     pub position: glam::DVec3,
-    /// The unit direction in which it looks.
+    /// The unit direction in world space in which the view looks.
     pub forward: glam::DVec3,
     /// Whether depth runs from 1 (near) to 0 (far).
     pub reverse: bool,
@@ -198,7 +198,7 @@ pub struct View {
 }
 
 impl View {
-    /// A view of the first layer, all of it, with depth from 0 to 1.
+    /// Creates a view that draws into all of layer 0, with depth from 0 to 1.
     pub fn new(
         clip_from_world: DMat4,
         view_from_world: DMat4,
@@ -213,11 +213,12 @@ impl View {
         reverse: bool,
         /// Sets the layer of the view.
         layer: u32,
-        /// A view of a rectangle of texels, or of the whole attachment.
+        /// Sets the rectangle of texels that the view draws into (x, y, width, height); `None` for the whole
+        /// attachment.
         viewport: Option<[u32; 4]>,
     }
 
-    /// The values of the block `view` that each draw sees.
+    /// The shape of the uniform block `view`, which every draw of a view can read.
     pub fn shape() -> DataShape {
         DataShape::new()
             .value("clip_from_world", ValueType::MAT4, "world to clip space, depth 0..1 (1..0 reversed)")
@@ -231,7 +232,7 @@ impl View {
             .value("layer", ValueType::U32, "the layer of the attachments that it draws into")
     }
 
-    /// Writes the values of [`View::shape`].
+    /// Writes the values of [`View::shape`] into `data`.
     pub fn publish(&self, data: &mut BlackboardData) {
         data.set_matrix("clip_from_world", &self.clip_from_world);
         data.set_matrix("view_from_world", &self.view_from_world);
@@ -241,25 +242,25 @@ impl View {
     }
 }
 
-/// The data that a CPU node publishes for one frame. Its storage is kept from frame to frame.
+/// The data that a CPU node publishes for one frame. Its memory is reused from frame to frame.
 #[derive(Clone, Debug)]
 pub struct BlackboardData {
     shape: DataShape,
     offsets: Vec<usize>,
     words: Vec<u32>,
     views: Vec<View>,
-    /// The number of frames between draws of each view's changed meshes, for passes that keep views.
+    /// For each view, the maximum number of frames that changed meshes wait in a pass that keeps the view's texels.
     cadences: Vec<u32>,
-    /// The planned and the wanted value of each size.
+    /// The planned and the wanted value of each published size, in the order of `shape.sizes`.
     sizes: Vec<(u32, u32)>,
     rejected: Option<String>,
     notices: Diagnostics,
-    /// The lights of the frame that the node has looked at, by their positions.
+    /// The indices of the lights that the node has read, in the frame's list of lights.
     read_lights: Vec<u32>,
 }
 
 impl BlackboardData {
-    /// All values zero, no views.
+    /// Creates data of a shape, with all values zero and no views.
     pub fn new(shape: DataShape) -> Self {
         let mut offsets = Vec::with_capacity(shape.values.len());
         let mut length = 0;
@@ -293,7 +294,7 @@ impl BlackboardData {
         &self.views
     }
 
-    /// Sets all values to zero and removes the views.
+    /// Sets all values to zero, and removes the views, the rejection and the record of lights read.
     pub fn clear(&mut self) {
         self.words.fill(0);
         self.views.clear();
@@ -302,27 +303,28 @@ impl BlackboardData {
         self.read_lights.clear();
     }
 
-    /// Marks a light of the frame, by its position, as used: lights that no node reads are reported.
+    /// Marks the light at index `position` of the frame's lights as used. Lights that no node reads are reported.
     pub fn read_light(&mut self, position: usize) {
         self.read_lights.push(position as u32);
     }
 
-    /// The lights that the node has read, by their positions in the frame.
+    /// The indices of the lights that the node has read, in the frame's list of lights.
     pub fn read_lights(&self) -> &[u32] {
         &self.read_lights
     }
 
-    /// The maximum number of frames after which a pass that keeps a view draws its changed meshes, for each view.
+    /// For each view, the maximum number of frames that changed meshes wait in a pass that keeps the view's texels.
     pub fn cadences(&self) -> &[u32] {
         &self.cadences
     }
 
-    /// Adds a view. Beyond the declared maximum it is rejected, which [`BlackboardData::rejected`] tells.
+    /// Adds a view. A view beyond the declared maximum is dropped, and [`BlackboardData::rejected`] then returns a
+    /// message.
     pub fn push_view(&mut self, view: View) {
         self.push_view_every(view, 1);
     }
 
-    /// Adds a view whose changed draws may wait for up to `cadence` frames in a pass that keeps it.
+    /// Adds a view. In a pass that keeps the view's texels, changed draws may wait for up to `cadence` frames.
     pub fn push_view_every(&mut self, view: View, cadence: u32) {
         if self.views.len() < self.shape.max_views as usize {
             self.views.push(view);
@@ -332,17 +334,17 @@ impl BlackboardData {
         }
     }
 
-    /// Why something that was set did not fit what was declared: a name, a type or a count.
+    /// The latest reason why a value, size or view did not fit the declared shape; `None` if all did.
     pub fn rejected(&self) -> Option<&str> {
         self.rejected.as_deref()
     }
 
-    /// The size that the plan was made for; 0 if there is none of that name.
+    /// The value of a published size that the plan was made for; 0 if no size has this name.
     pub fn planned_size(&self, name: &str) -> u32 {
         self.size_at(name).map_or(0, |at| self.sizes[at].0)
     }
 
-    /// Says which size a plan should be made for.
+    /// Requests a value of a published size for the next plan. A name that was not declared is rejected.
     pub fn want_size(&mut self, name: &str, size: u32) {
         match self.size_at(name) {
             Some(at) => self.sizes[at].1 = size,
@@ -350,13 +352,14 @@ impl BlackboardData {
         }
     }
 
-    /// The sizes by name: what the plan was made for, and what is wanted.
+    /// The published sizes: the name of each, the value that the plan was made for, and the wanted value.
     pub fn sizes(&self) -> impl Iterator<Item = (&str, u32, u32)> {
         let names = self.shape.sizes.iter().map(|(name, _)| name.as_str());
         names.zip(&self.sizes).map(|(name, (planned, wanted))| (name, *planned, *wanted))
     }
 
-    /// Says which sizes a plan was made for, from name and initial value; the executor does it for its plan.
+    /// Sets the planned and the wanted value of every published size. `planned` returns the value for a name and an
+    /// initial value; the executor calls this for its plan.
     pub fn plan_sizes(&mut self, planned: impl Fn(&str, u32) -> u32) {
         for ((name, initial), size) in self.shape.sizes.iter().zip(&mut self.sizes) {
             let value = planned(name, *initial);
@@ -368,28 +371,28 @@ impl BlackboardData {
         self.shape.sizes.iter().position(|(known, _)| known == name)
     }
 
-    /// The notices of the node that publishes the data: limits that were reached, what was left out and why.
+    /// The notices of the node that publishes the data: limits that were reached, and omissions with their reasons.
     pub fn notices(&self) -> &Diagnostics {
         &self.notices
     }
 
-    /// Replaces what the node has to say. It stays from frame to frame, so a node says it once, when it changes.
+    /// Replaces the node's notices. They stay from frame to frame, so a node sets them only when they change.
     pub fn set_notices(&mut self, notices: Diagnostics) {
         self.notices = notices;
     }
 
-    /// The words of a value, or `None` if there is none of that name.
+    /// The 32-bit words of a value, or `None` if no value has this name.
     pub fn words(&self, name: &str) -> Option<&[u32]> {
         self.shape.find(name).and_then(|at| self.words_at(at))
     }
 
-    /// The words of the value at an index of the shape.
+    /// The 32-bit words of the value at an index of the shape's values, or `None` if the index is out of range.
     pub fn words_at(&self, index: usize) -> Option<&[u32]> {
         let start = *self.offsets.get(index)?;
         self.words.get(start..start + self.shape.values[index].value_type.words())
     }
 
-    /// Sets a value from its words. An array may be set in part, from its start.
+    /// Sets a value from its 32-bit words. An array may be set in part, from its start.
     pub fn set_words(&mut self, name: &str, words: impl IntoIterator<Item = u32>) {
         let Some(at) = self.shape.find(name) else {
             self.rejected = Some(format!("the value \"{name}\", which was not declared"));
@@ -409,7 +412,7 @@ impl BlackboardData {
         }
     }
 
-    /// Sets an `f32`, or an array of them.
+    /// Sets a value from its `f32` components: a scalar, a vector, a matrix, or an array of these.
     pub fn set_f32s(&mut self, name: &str, values: impl IntoIterator<Item = f32>) {
         self.set_words(name, values.into_iter().map(f32::to_bits));
     }

@@ -17,17 +17,18 @@
 use crate::data::ValueType;
 use wgpu_types::{BindGroupLayoutEntry, VertexFormat, VertexStepMode};
 
-/// The property under which a mesh is drawn from both sides. It changes no shader unless a template has an axis of
-/// that name; the rasteriser's culling is switched off for it.
+/// The name of the mesh property for meshes that are drawn from both sides. The rasteriser's culling is off for these
+/// meshes. Shaders change only if their template has an axis of this name.
 pub const DOUBLE_SIDED: &str = "double_sided";
 
-/// The bind group of what a material has.
+/// The index of the bind group with a material's resources.
 pub const MATERIAL_GROUP: u32 = 2;
 
-/// The bind group of what an object has; it and those before, from [`MATERIAL_GROUP`] on, are the host's.
+/// The index of the bind group with an object's resources. The host provides the groups from [`MATERIAL_GROUP`] to this
+/// one.
 pub const OBJECT_GROUP: u32 = 3;
 
-/// A host's storage of a `geometry` of a pipeline.
+/// The layout in which a host stores the vertices, materials and objects of a `geometry` of a pipeline.
 ///
 /// ```
 /// use umbragraph_pipeline::data::ValueType;
@@ -42,46 +43,47 @@ pub const OBJECT_GROUP: u32 = 3;
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct HostInterface {
-    /// The vertex buffers; the position is the slot that the host binds them to.
+    /// The vertex buffers; the index in this list is the slot that the host binds the buffer to.
     pub vertex_buffers: Vec<HostVertexBuffer>,
-    /// The vertex buffers of meshes with a set of properties, where they are others.
+    /// The vertex buffers of meshes with a set of properties, for sets whose buffers differ from `vertex_buffers`.
     pub vertex_buffers_of: Vec<(PropertySet, Vec<HostVertexBuffer>)>,
-    /// The bindings of bind group 2, by name.
+    /// The bindings of bind group 2 (material), each with its name.
     pub material: Vec<HostResource>,
-    /// The bindings of bind group 3, by name.
+    /// The bindings of bind group 3 (object), each with its name.
     pub object: Vec<HostResource>,
-    /// The names of mesh properties, such as `alpha_masked`; a [`PropertySet`] is a set of positions here.
+    /// The names of mesh properties, such as `alpha_masked`. Bit `n` of a [`PropertySet`] stands for the name at index
+    /// `n`.
     pub properties: Vec<String>,
-    /// The combinations of properties that occur; pipelines are built for these.
+    /// The combinations of mesh properties that occur; render pipelines are built for each of them.
     pub property_sets: Vec<PropertySet>,
-    /// The words that passes may write under `mesh_filter`.
+    /// The draw filters that the host distinguishes; passes name them under `mesh_filter`.
     pub filters: HostFilters,
-    /// The layout of bind group 2, where the host has bind groups of its own for it. Bindings are then found by their
-    /// numbers, and `material` need only name blocks whose members are to be compared.
+    /// The layout of bind group 2 if the host makes these bind groups itself, else `None`. Bindings are then matched by
+    /// number, and `material` needs to list only blocks whose members are to be compared.
     pub material_layout: Option<Vec<BindGroupLayoutEntry>>,
-    /// The layout of bind group 3, as `material_layout` for group 2.
+    /// The layout of bind group 3 if the host makes these bind groups itself, else `None`; see `material_layout`.
     pub object_layout: Option<Vec<BindGroupLayoutEntry>>,
 }
 
-/// The filters of draws that a host knows. A pipeline draws casters, opaque and blended meshes in passes of their own,
-/// and a host that took no notice of it would draw all of them in each: so it has to say which it tells apart.
+/// The draw filters that a host distinguishes. A pipeline draws casters, opaque and blended meshes in separate passes.
+/// A host that ignored the filter would draw all of them in each pass, so it must declare its filters.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum HostFilters {
-    /// None is stated, which is an error where a pipeline draws meshes of the host.
+    /// No filters are declared: an error if a pipeline draws meshes of the host.
     #[default]
     Unstated,
-    /// Every word.
+    /// Every filter name is allowed.
     Any,
-    /// Some words.
+    /// Only these filter names are allowed.
     Words(Vec<String>),
 }
 
-/// A set of mesh properties, as positions in [`HostInterface::properties`]: bit 0 is the first.
+/// A set of mesh properties as a bit mask: bit 0 is the first name in [`HostInterface::properties`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct PropertySet(pub u32);
 
 impl HostInterface {
-    /// Meshes without properties.
+    /// Creates an interface without buffers and bindings, for meshes without properties.
     pub fn new() -> Self {
         Self { property_sets: vec![PropertySet::default()], ..Self::default() }
     }
@@ -93,21 +95,21 @@ impl HostInterface {
         self
     }
 
-    /// Adds a binding of bind group 2.
+    /// Adds a binding of bind group 2 (material).
     #[must_use]
     pub fn material(mut self, slot: HostResource) -> Self {
         self.material.push(slot);
         self
     }
 
-    /// Adds a binding of bind group 3.
+    /// Adds a binding of bind group 3 (object).
     #[must_use]
     pub fn object(mut self, slot: HostResource) -> Self {
         self.object.push(slot);
         self
     }
 
-    /// Sets the properties of meshes, and the sets of them that occur.
+    /// Sets the names of mesh properties, and the combinations of them that occur.
     #[must_use]
     pub fn properties<'n>(
         mut self,
@@ -130,7 +132,7 @@ impl HostInterface {
         self
     }
 
-    /// Sets the words that passes may write under `mesh_filter`: those that the host tells apart in
+    /// Sets the filter names that passes may use under `mesh_filter`. The host finds the filter of a pass in
     /// `DrawPass::filter`.
     #[must_use]
     pub fn filters(mut self, filters: &[&str]) -> Self {
@@ -138,7 +140,7 @@ impl HostInterface {
         self
     }
 
-    /// Allows every word under `mesh_filter`: the host draws the same for all, or interprets words itself.
+    /// Allows every filter name under `mesh_filter`: the host draws the same for all, or interprets the names itself.
     #[must_use]
     pub fn any_filter(mut self) -> Self {
         self.filters = HostFilters::Any;
@@ -159,13 +161,14 @@ impl HostInterface {
         self
     }
 
-    /// The vertex buffers of meshes with a set of properties.
+    /// The vertex buffers of meshes with this set of properties: those of the set if it has its own, else
+    /// `vertex_buffers`.
     pub fn buffers(&self, set: PropertySet) -> &[HostVertexBuffer] {
         let own = self.vertex_buffers_of.iter().find(|(known, _)| *known == set);
         own.map_or(&self.vertex_buffers, |(_, buffers)| buffers)
     }
 
-    /// The layout of one of the host's bind groups, where it binds those itself.
+    /// The layout of bind group 2 or 3 if the host makes these bind groups itself, else `None`.
     pub fn own_layout(&self, group: u32) -> Option<&[BindGroupLayoutEntry]> {
         match group {
             MATERIAL_GROUP => self.material_layout.as_deref(),
@@ -174,13 +177,14 @@ impl HostInterface {
         }
     }
 
-    /// Whether a block of bind group 3 is moved from object to object.
+    /// Returns `true` if a binding of bind group 3 is a block, which a dynamic offset moves from object to object. A
+    /// name that the host does not have counts as a block.
     pub fn is_moved(&self, name: &str) -> bool {
         let slot = self.object.iter().find(|slot| slot.name == name);
         slot.is_none_or(|slot| matches!(slot.kind, HostResourceKind::Block { .. }))
     }
 
-    /// The names of the properties of a set.
+    /// The names of the properties in a set.
     pub fn property_names(&self, set: PropertySet) -> Vec<&str> {
         let in_set = |at: usize| at < 32 && set.0 & (1 << at) != 0;
         self.properties
@@ -191,8 +195,9 @@ impl HostInterface {
             .collect()
     }
 
-    /// Messages about misplaced vertex attributes. WebGPU wants each within the stride of its buffer, and both at
-    /// multiples of 4 bytes (attributes of less than 4 bytes at multiples of their size).
+    /// Returns messages about misplaced vertex attributes. WebGPU requires each attribute to lie within the stride of
+    /// its buffer. Strides and offsets are multiples of 4 bytes; the offset of a smaller attribute is a multiple of its
+    /// size.
     pub(super) fn misplaced_attributes(&self) -> Vec<String> {
         let own = self.vertex_buffers_of.iter().flat_map(|(_, buffers)| buffers);
         let mut messages = Vec::new();
@@ -216,7 +221,7 @@ impl HostInterface {
         messages
     }
 
-    /// The vertex attribute of a name, of meshes with a set of properties.
+    /// Returns the vertex attribute with this name for meshes with a set of properties, or `None` if there is none.
     pub fn attribute(&self, set: PropertySet, name: &str) -> Option<&HostAttribute> {
         let mut attributes = self.buffers(set).iter().flat_map(|buffer| &buffer.attributes);
         attributes.find(|attribute| attribute.name == name)
@@ -231,12 +236,13 @@ pub struct HostVertexBuffer {
     pub stride: u64,
     /// Whether elements belong to vertices or to instances.
     pub step: VertexStepMode,
-    /// The members.
+    /// The vertex attributes of an element.
     pub attributes: Vec<HostAttribute>,
 }
 
 impl HostVertexBuffer {
-    /// A buffer with an element for each vertex: its bytes, and its attributes with their formats and first bytes.
+    /// Creates a buffer with one element for each vertex. `stride` is in bytes; attributes are given as name, format
+    /// and byte offset.
     pub fn new<'n>(stride: u64, attributes: impl IntoIterator<Item = (&'n str, VertexFormat, u64)>) -> Self {
         let attribute =
             |(name, format, offset): (&str, _, _)| HostAttribute { name: name.to_owned(), format, offset };
@@ -244,43 +250,43 @@ impl HostVertexBuffer {
         Self { stride, step: VertexStepMode::Vertex, attributes }
     }
 
-    /// Advances per instance instead of per vertex.
+    /// Makes the buffer advance per instance instead of per vertex.
     #[must_use]
     pub fn per_instance(self) -> Self {
         Self { step: VertexStepMode::Instance, ..self }
     }
 }
 
-/// A vertex attribute of the host.
+/// A vertex attribute in a vertex buffer of the host.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct HostAttribute {
-    /// The name that shaders use.
+    /// The name of the attribute in shaders.
     pub name: String,
-    /// Its format.
+    /// The vertex format.
     pub format: VertexFormat,
-    /// Its first byte in a vertex.
+    /// The byte offset in an element of the buffer.
     pub offset: u64,
 }
 
-/// A binding that the host fills.
+/// A binding of bind group 2 or 3 that the host provides.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct HostResource {
-    /// The name that shaders use.
+    /// The name of the binding in shaders.
     pub name: String,
-    /// The kind.
+    /// The kind of the binding.
     pub kind: HostResourceKind,
 }
 
 impl HostResource {
-    /// A texture or a sampler, by its WGSL type.
+    /// Creates a texture or sampler binding; `wgsl` is its WGSL type, such as `texture_2d<f32>`.
     pub fn opaque(name: impl Into<String>, wgsl: impl Into<String>) -> Self {
         Self { name: name.into(), kind: HostResourceKind::Opaque(wgsl.into()) }
     }
 
-    /// A uniform block, with its members' types and first bytes; `stride` are the bytes to the next object's, 0 for a
-    /// material's.
+    /// Creates a uniform block from its members, given as name, type and byte offset. `stride` is the number of bytes
+    /// from one object's block to the next; 0 for a material.
     pub fn block<'n>(
         name: impl Into<String>,
         stride: u32,
@@ -292,7 +298,8 @@ impl HostResource {
         Self { name: name.into(), kind: HostResourceKind::Block { members, size, stride } }
     }
 
-    /// An array in a storage buffer, with the bytes from one element to the next, and the members of an element.
+    /// Creates an array in a storage buffer from the members of an element, given as name, type and byte offset.
+    /// `stride` is the number of bytes from one element to the next.
     pub fn array<'n>(
         name: impl Into<String>,
         stride: u32,
@@ -308,40 +315,40 @@ impl HostResource {
 pub enum HostResourceKind {
     /// A texture or a sampler, by its WGSL type (`texture_2d<f32>`, `sampler`).
     Opaque(String),
-    /// A block in a buffer.
+    /// A uniform block in a buffer.
     Block {
-        /// The members with their types and first bytes.
+        /// The members with their types and byte offsets.
         members: Vec<HostMember>,
         /// The size of one block in bytes.
         size: u32,
         /// Bytes from one object's block to the next; a multiple of 256. 0 for a material's block.
         stride: u32,
     },
-    /// An array of structs in a storage buffer, whose length is the buffer's.
+    /// An array of structs in a storage buffer; its length follows from the size of the buffer.
     Array {
-        /// The members of an element with their types and first bytes.
+        /// The members of an element with their types and byte offsets.
         members: Vec<HostMember>,
         /// Bytes from one element to the next.
         stride: u32,
     },
 }
 
-/// A member of a host's block.
+/// A member of a host's block or of an element of a host's array.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct HostMember {
-    /// The name that shaders use.
+    /// The name of the member in shaders.
     pub name: String,
-    /// Its type.
+    /// The type of the member.
     pub value_type: ValueType,
-    /// Its first byte.
+    /// The byte offset in the block or element.
     pub offset: u32,
-    /// Its bytes, padding between columns or elements included.
+    /// The size in bytes, including padding between columns or elements.
     pub size: u32,
 }
 
 impl From<(&str, ValueType, u32)> for HostMember {
-    /// A member without padding, with its type and its first byte.
+    /// Creates a member without padding from its name, type and byte offset.
     fn from((name, value_type, offset): (&str, ValueType, u32)) -> Self {
         Self { name: name.to_owned(), value_type, offset, size: 4 * value_type.words() as u32 }
     }

@@ -25,14 +25,15 @@ pub struct Camera {
     pub position: DVec3,
     /// The rotation from camera space (looks along −Z, +Y up) to world space; of unit length.
     pub rotation: DQuat,
-    /// The projection.
+    /// The projection from view space to clip space.
     pub projection: Projection,
     /// Width over height of the picture.
     pub aspect: f64,
 }
 
 impl Camera {
-    /// A camera at a position, with a rotation of unit length; `aspect` is width over height of the picture.
+    /// Creates a camera at a position in world metres, with a rotation of unit length; `aspect` is width over height of
+    /// the picture.
     pub fn new(position: impl Into<DVec3>, rotation: DQuat, projection: Projection, aspect: f64) -> Self {
         Self { position: position.into(), rotation, projection, aspect }
     }
@@ -50,9 +51,8 @@ impl Camera {
         projection: Projection,
     }
 
-    /// A camera at a position that looks at another, upright, with a vertical field of view in radians, from 0.1 m to
-    /// 1000 m. One that looks straight up has Z upwards in its picture, one that looks
-    /// straight down has −Z.
+    /// Creates an upright camera at `eye` that looks at `target`. `vertical_fov` is in radians; the planes are at 0.1 m
+    /// and 1000 m. The top of the picture is +Z if the camera looks straight up, and −Z if it looks straight down.
     pub fn look_at(eye: [f64; 3], target: [f64; 3], vertical_fov: f64, aspect: f64) -> Self {
         let position = DVec3::from(eye);
         let back = (position - DVec3::from(target)).try_normalize().unwrap_or(DVec3::Z);
@@ -62,8 +62,8 @@ impl Camera {
         Self { position, rotation, projection, aspect }
     }
 
-    /// The camera of an engine that has its matrices, column by column: view space (−Z forward, +Y up) to the world,
-    /// and view to clip space with depth 0..1 or 1..0, of any projection. Scale in the first is left out.
+    /// Creates a camera from an engine's matrices, given as columns. `world_from_view` maps view space (−Z forward, +Y
+    /// up) to the world; its scale is ignored. `clip_from_view` is any projection with depth 0..1 or 1..0.
     pub fn from_matrices<T: Into<f64> + Copy>(
         world_from_view: [[T; 4]; 4],
         clip_from_view: [[T; 4]; 4],
@@ -82,19 +82,20 @@ impl Camera {
         }
     }
 
-    /// Moves the picture of this frame in clip space: 2 is its whole width or height.
+    /// Sets the offset of this frame's picture in clip space, where 2 is the full width or height.
     #[must_use]
     pub fn jittered(self, by: [f64; 2]) -> Self {
         let clip_from_view = self.clip(false);
         Self { projection: Projection::Matrix { clip_from_view, jitter: by.into() }, ..self }
     }
 
-    /// World to view space.
+    /// The transform from world to view space.
     pub fn view(&self) -> DMat4 {
         DMat4::from_rotation_translation(self.rotation, self.position).inverse()
     }
 
-    /// View to clip space with depth 0 at the near plane and 1 at the far plane; `reverse` swaps the two.
+    /// The transform from view to clip space, with depth 0 at the near plane and 1 at the far plane; `reverse` swaps
+    /// the two depths.
     pub fn clip(&self, reverse: bool) -> DMat4 {
         self.projection.clip(self.aspect, reverse)
     }
@@ -104,14 +105,14 @@ impl Camera {
         self.rotation * DVec3::NEG_Z
     }
 
-    /// The four world positions at distance `depth` along the view axis that the picture's corners see:
-    /// left bottom, right bottom, left top, right top.
+    /// The world positions of the picture's four corners at `depth` metres along the view axis: left bottom, right
+    /// bottom, left top, right top.
     pub fn slice_corners(&self, depth: f64) -> [DVec3; 4] {
         let corners = self.projection.corners(self.aspect, depth);
         corners.map(|corner| self.position + self.rotation * corner.extend(-depth))
     }
 
-    /// Why no pass could use this camera, or `None` if it is fine.
+    /// Returns the reason why no pass can use this camera, or `None` if it is valid.
     pub fn check(&self) -> Option<&'static str> {
         if !(self.position.is_finite() && self.rotation.is_finite()) {
             return Some("it has a value that is not finite");
@@ -146,32 +147,34 @@ pub enum LightKind {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Light {
-    /// The name by which passes and reports call it; of a word of the program nothing is allocated.
+    /// The name of the light in passes and reports. A static string needs no allocation.
     pub name: Cow<'static, str>,
-    /// The kind.
+    /// The kind of the light: directional, point or spot.
     pub kind: LightKind,
     /// The position, in world metres; meaningless for a directional light.
     pub position: DVec3,
-    /// The unit direction in which its light travels; meaningless for a point light.
+    /// The unit direction in which the light travels; meaningless for a point light.
     pub direction: DVec3,
     /// Linear colour (Rec. 709 primaries).
     pub color: Vec3,
-    /// Lux for a directional light, else candela.
+    /// The intensity: lux for a directional light, candela for others.
     pub intensity: f32,
-    /// The distance beyond which it has no effect, in metres; infinite where there is no such limit.
+    /// The distance beyond which the light has no effect, in metres; infinite for no limit.
     pub range: f32,
-    /// The words that are true of it, as host and passes agree on them.
+    /// The properties of the light: words agreed between host and passes, by which passes choose lights.
     pub properties: Vec<Cow<'static, str>>,
-    /// The angle under which a directional light is seen, in radians (0: a point at infinity).
+    /// The angular diameter of a directional light's source as seen from the scene, in radians (0: a point at
+    /// infinity).
     pub angular_diameter: f32,
     /// The radius of a point or spot light's source, in metres (0: a point).
     pub radius: f32,
-    /// The host's own weight of its importance; 1 is neutral.
+    /// The importance of the light as the host weights it; 1 is neutral.
     pub priority: f32,
 }
 
 impl Light {
-    /// A white light of a kind at the origin, which shines down, with an intensity of 1, without an extent or an end.
+    /// Creates a white light at the origin, with direction −Y, intensity 1, a source without size and an infinite
+    /// range.
     pub fn new(name: impl Into<Cow<'static, str>>, kind: LightKind) -> Self {
         Self {
             name: name.into(),
@@ -204,7 +207,7 @@ impl Light {
         range: f32,
     }
 
-    /// Adds a property, a word that passes can ask for.
+    /// Adds a property: a word by which passes choose lights.
     #[must_use]
     pub fn property(mut self, property: impl Into<Cow<'static, str>>) -> Self {
         self.properties.push(property.into());
@@ -212,16 +215,16 @@ impl Light {
     }
 
     umbragraph_text::setters! {
-        /// Sets the angle under which a directional light is seen, in radians.
+        /// Sets the angular diameter of a directional light's source as seen from the scene, in radians.
         angular_diameter: f32,
         /// Sets the radius of the source of a point light or spot, in metres.
         radius: f32,
-        /// Sets the host's own weight of the light's importance.
+        /// Sets the importance of the light as the host weights it; 1 is neutral.
         priority: f32,
     }
 
-    /// A directional light that shines along a direction, with an intensity in lux. What passes ask of its
-    /// [`properties`](Self::properties), the caller adds.
+    /// Creates a directional light that shines along `direction`, with `intensity` in lux. The caller adds the
+    /// [`properties`](Self::properties) by which passes choose lights.
     pub fn directional(
         name: impl Into<Cow<'static, str>>,
         direction: [f64; 3],
@@ -232,7 +235,7 @@ impl Light {
         Self::new(name, LightKind::Directional).direction(direction).color(color).intensity(intensity)
     }
 
-    /// A point light at a position, with an intensity in candela.
+    /// Creates a point light at `position` (world metres), with `intensity` in candela.
     pub fn point(
         name: impl Into<Cow<'static, str>>,
         position: [f64; 3],
@@ -242,12 +245,12 @@ impl Light {
         Self::new(name, LightKind::Point).position(position).color(color).intensity(intensity)
     }
 
-    /// Whether a word is true of it.
+    /// Returns `true` if the light has this property.
     pub fn has(&self, property: &str) -> bool {
         self.properties.iter().any(|known| known == property)
     }
 
-    /// Why no pass could use this light, or `None` if it is fine.
+    /// Returns the reason why no pass can use this light, or `None` if it is valid.
     pub fn check(&self) -> Option<&'static str> {
         if !(self.position.is_finite()
             && self.direction.is_finite()
@@ -282,32 +285,32 @@ impl Default for Bounds {
 }
 
 impl Bounds {
-    /// The box between two corners.
+    /// Creates a box from the corners with the minimum and the maximum coordinates.
     pub fn between(min: [f64; 3], max: [f64; 3]) -> Self {
         Self { min: min.into(), max: max.into() }
     }
 
-    /// The box that holds nothing; growing it by a point gives that point.
+    /// The empty box; extending it by a point gives the box of that point alone.
     pub const EMPTY: Self = Self { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY };
 
-    /// Whether the box holds no point (or has a coordinate that is not finite).
+    /// Returns `true` if the box contains no point, or has a coordinate that is not finite.
     pub fn is_empty(&self) -> bool {
         !(self.min.is_finite() && self.max.is_finite() && self.min.cmple(self.max).all())
     }
 
-    /// The smallest box that holds this one and the point.
+    /// The smallest box that contains this box and the point.
     #[must_use]
     pub fn with(self, point: DVec3) -> Self {
         Self { min: self.min.min(point), max: self.max.max(point) }
     }
 
-    /// The smallest box that holds both.
+    /// The smallest box that contains this box and `other`.
     #[must_use]
     pub fn union(self, other: Self) -> Self {
         Self { min: self.min.min(other.min), max: self.max.max(other.max) }
     }
 
-    /// The eight corners.
+    /// The eight corners; bits 0, 1 and 2 of the index select the maximum of x, y and z.
     pub fn corners(&self) -> [DVec3; 8] {
         std::array::from_fn(|at| {
             DVec3::new(
@@ -318,7 +321,7 @@ impl Bounds {
         })
     }
 
-    /// The box around this one after a transform.
+    /// The axis-aligned box around this box after a transform.
     #[must_use]
     pub fn transformed(&self, transform: &DMat4) -> Self {
         if self.is_empty() {
@@ -329,37 +332,38 @@ impl Bounds {
             .fold(Self::EMPTY, |bounds, corner| bounds.with(transform.transform_point3(corner)))
     }
 
-    /// The middle.
+    /// The centre of the box.
     pub fn center(&self) -> DVec3 {
         (self.min + self.max) * 0.5
     }
 
-    /// Half the diagonal, in metres.
+    /// Half the diagonal, in metres; 0 for an empty box.
     pub fn radius(&self) -> f64 {
         if self.is_empty() { 0.0 } else { (self.max - self.min).length() * 0.5 }
     }
 }
 
-/// Everything that the host says about one frame, apart from its draws and imported textures.
+/// The host's input for one frame, apart from its draws and imported textures.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct FrameInput {
-    /// The point of view.
+    /// The camera of the frame.
     pub camera: Camera,
-    /// The lights, in an order of the host's own; no pass lets the order decide anything but ties.
+    /// The lights in any order; passes use the order only to break ties.
     pub lights: Vec<Light>,
     /// The box around everything that is drawn.
     pub scene_bounds: Bounds,
-    /// The boxes around what draw filters let through, by their words; that of the scene stands for others.
+    /// The boxes around the meshes that each draw filter lets through, by filter name. Filters without an entry use
+    /// `scene_bounds`.
     pub filter_bounds: Vec<(Cow<'static, str>, Bounds)>,
-    /// Seconds since some start, for animation.
+    /// The time in seconds since an arbitrary start, for animation.
     pub time: f64,
-    /// Counts frames; passes use it for what alternates.
+    /// The number of the frame; passes use it for values that alternate between frames.
     pub index: u64,
 }
 
 impl FrameInput {
-    /// A frame without lights and bounds.
+    /// Creates a frame at time 0 without lights and bounds.
     pub fn new(camera: Camera) -> Self {
         Self {
             camera,
@@ -380,7 +384,7 @@ impl FrameInput {
         scene_bounds: Bounds,
     }
 
-    /// Adds the box around what a draw filter lets through.
+    /// Adds the box around the meshes that a draw filter lets through.
     #[must_use]
     pub fn filter_bounds(mut self, filter: impl Into<Cow<'static, str>>, bounds: Bounds) -> Self {
         self.filter_bounds.push((filter.into(), bounds));
@@ -394,7 +398,7 @@ impl FrameInput {
         index: u64,
     }
 
-    /// The box around what a draw filter lets through, as far as the host tells.
+    /// The box around the meshes that a draw filter lets through; `scene_bounds` if the host gave none for it.
     pub fn bounds_of(&self, filter: &str) -> &Bounds {
         let known = self.filter_bounds.iter().find(|(known, _)| known == filter);
         known.map_or(&self.scene_bounds, |(_, bounds)| bounds)

@@ -81,45 +81,46 @@ use crate::draw::HostInterface;
 use crate::pipeline::builder::{PassBuilder, Produced};
 use umbragraph_text::document;
 
-/// A node kind, as its settings.
+/// A node kind, implemented by the type of its settings: one kind of pass that pipelines can name.
 pub trait Node: DeserializeOwned + JsonSchema + 'static {
-    /// The key that names the kind in a pass.
+    /// The JSON key that names the kind in a pass.
     const NAME: &'static str;
-    /// Its purpose in one sentence.
+    /// The purpose of the kind in one sentence, for the JSON Schema and the reference.
     const SUMMARY: &'static str;
 
-    /// States what a pass with these settings uses and does. Diagnostics go to the builder; `None` after at least one.
-    /// A pass of a subgraph is declared once for each instance, with the same settings.
+    /// Declares the resources and the work of a pass with these settings. Reports diagnostics to the builder; returns
+    /// `None` after at least one. A pass of a subgraph is declared once for each use of the subgraph, with the same
+    /// settings.
     fn declare(&self, pass: &mut PassBuilder<'_>) -> Option<Produced>;
 
-    /// The data that its passes publish, for the reference: a shape for each way of using the kind, with the way's name
-    /// before it. Arrays whose length the settings decide may have any.
+    /// The blackboard data that passes of this kind publish, for the reference: one shape for each way of using the
+    /// kind, after the name of that way. Array lengths that depend on settings may be arbitrary here.
     fn published() -> Vec<(&'static str, DataShape)> {
         Vec::new()
     }
 }
 
-/// A node kind without its type; [`Registry::register`] makes it of any [`Node`], and [`Registry::register_kind`] takes
-/// one that has values of its own.
+/// A type-erased node kind. [`Registry::register`] makes one of any [`Node`]. [`Registry::register_kind`] takes an
+/// object that may hold values of its own.
 pub trait NodeKind: Send + Sync {
-    /// The key that names the kind in a pass.
+    /// The JSON key that names the kind in a pass.
     fn name(&self) -> &'static str;
-    /// Its purpose in one sentence.
+    /// The purpose of the kind in one sentence, for the JSON Schema and the reference.
     fn summary(&self) -> &'static str;
-    /// The schema of its settings.
+    /// The JSON Schema of the kind's settings.
     fn schema(&self, generator: &mut SchemaGenerator) -> Schema;
-    /// Decodes settings, which fit the schema.
+    /// Decodes settings that fit the kind's JSON Schema.
     ///
     /// # Errors
-    /// Settings that fit the schema, but not the type behind it.
+    /// Returns an error for settings that fit the schema, but not the settings type of the kind.
     fn decode(&self, settings: &document::Value) -> Result<Box<dyn Settings>, serde_json::Error>;
-    /// The data that its passes publish; see [`Node::published`].
+    /// The blackboard data that passes of this kind publish; see [`Node::published`].
     fn published(&self) -> Vec<(&'static str, DataShape)>;
 }
 
-/// Settings of some node kind.
+/// The decoded settings of one pass, with the type of its node kind erased.
 pub trait Settings {
-    /// Declares a pass with these settings.
+    /// Declares a pass with these settings; returns `None` after a diagnostic. See [`Node::declare`].
     fn declare(&self, pass: &mut PassBuilder<'_>) -> Option<Produced>;
 }
 
@@ -153,55 +154,56 @@ impl<N: Node> NodeKind for Typed<N> {
     }
 }
 
-/// The node kinds that pipelines can name, and the hosts whose meshes they can draw.
+/// The node kinds that pipelines can name, and the mesh storage ([`HostInterface`]) of hosts whose meshes they can
+/// draw.
 #[derive(Clone, Default)]
 pub struct Registry {
     kinds: BTreeMap<&'static str, Arc<dyn NodeKind>>,
     hosts: BTreeMap<String, HostInterface>,
-    /// The schema of pipelines of these kinds, once a pipeline was checked.
+    /// The JSON Schema of pipelines with these kinds, made on first use and reset when a kind is added.
     schema: OnceLock<Arc<document::schema::Schema>>,
 }
 
 impl Registry {
-    /// No kinds yet.
+    /// Creates a registry without node kinds and hosts.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Adds a kind; one of the same name is replaced.
+    /// Adds a node kind, and replaces a kind of the same name.
     pub fn register<N: Node>(&mut self) -> &mut Self {
         self.kinds.insert(N::NAME, Arc::new(Typed::<N>(PhantomData)));
         self.schema = OnceLock::new();
         self
     }
 
-    /// Adds a kind that is an object, with values of its own: a channel to the host, or a name that is known at run
-    /// time. One of the same name is replaced.
+    /// Adds a node kind given as an object with values of its own, such as a channel to the host or a name. Replaces a
+    /// kind of the same name.
     pub fn register_kind(&mut self, kind: impl NodeKind + 'static) -> &mut Self {
         self.kinds.insert(kind.name(), Arc::new(kind));
         self.schema = OnceLock::new();
         self
     }
 
-    /// The kind of a name.
+    /// Returns the node kind with this name, or `None` if there is none.
     pub fn get(&self, name: &str) -> Option<&Arc<dyn NodeKind>> {
         self.kinds.get(name)
     }
 
-    /// States how the host stores what pipelines draw under a geometry contract of this name: what it uploads is then
-    /// compared with every shader that reads it whenever a pipeline is loaded, without a device, and an executor counts
-    /// on it. A pipeline whose geometry has another name is none of this host's.
+    /// Registers how the host stores the meshes that pipelines draw under the geometry contract `geometry`. Each load
+    /// of a pipeline compares this storage with every shader that reads it, without a device, and an executor relies on
+    /// it. It has no effect on geometry contracts of other names.
     pub fn host(&mut self, geometry: impl Into<String>, interface: HostInterface) -> &mut Self {
         self.hosts.insert(geometry.into(), interface);
         self
     }
 
-    /// The hosts that were stated, by the geometry contract that each fulfils.
+    /// The registered mesh storage of hosts, by the name of the geometry contract that each fulfils.
     pub fn hosts(&self) -> &BTreeMap<String, HostInterface> {
         &self.hosts
     }
 
-    /// The schema of pipelines that use these kinds, made when it is first wanted.
+    /// Returns the JSON Schema of pipelines that use these kinds; it is made on the first call.
     pub(crate) fn schema(&self) -> &document::schema::Schema {
         self.schema.get_or_init(|| {
             let json = crate::pipeline::schema_of_composed(crate::pipeline::FileKind::Pipeline, self);
@@ -209,7 +211,7 @@ impl Registry {
         })
     }
 
-    /// All kinds by name.
+    /// Iterates over all node kinds in the order of their names.
     pub fn iter(&self) -> impl Iterator<Item = &Arc<dyn NodeKind>> {
         self.kinds.values()
     }

@@ -31,18 +31,19 @@ pub enum Projection {
         /// The distance of the far plane, in metres, beyond the near plane.
         far: f64,
     },
-    /// Any other, as a matrix.
+    /// Any other projection, as a matrix.
     Matrix {
-        /// View space to clip space, depth 0..1 or 1..0, without jitter. A pipeline that wants the other way turns it
-        /// around.
+        /// The transform from view space to clip space, with depth 0..1 or 1..0 and without jitter. Pipelines that use
+        /// the opposite depth direction convert the matrix.
         clip_from_view: DMat4,
-        /// The offset of this frame's picture in clip space, for effects that accumulate samples over frames.
+        /// The offset of this frame's picture in clip space (2 is its full width or height), for effects that
+        /// accumulate samples over frames.
         jitter: DVec2,
     },
 }
 
 impl Projection {
-    /// The distances of the near and the far plane, in metres.
+    /// The distances of the near and the far plane, in metres; the far plane may be infinite.
     pub fn depth_range(self) -> (f64, f64) {
         match self {
             Projection::Perspective { near, far, .. } | Projection::Orthographic { near, far, .. } => {
@@ -55,7 +56,7 @@ impl Projection {
         }
     }
 
-    /// Whether distant things are as large as near ones.
+    /// Returns `true` for an orthographic projection, in which distant things are as large as near ones.
     pub fn is_orthographic(self) -> bool {
         match self {
             Projection::Perspective { .. } => false,
@@ -64,7 +65,7 @@ impl Projection {
         }
     }
 
-    /// The offset of this frame's picture in clip space, as the host sets it.
+    /// The offset of this frame's picture in clip space, as the host sets it; zero if there is none.
     pub fn jitter(self) -> DVec2 {
         match self {
             Projection::Matrix { jitter, .. } => jitter,
@@ -72,7 +73,8 @@ impl Projection {
         }
     }
 
-    /// View to clip space with depth 0 at the near plane and 1 at the far plane; `reverse` swaps the two.
+    /// The transform from view to clip space, with depth 0 at the near plane and 1 at the far plane; `reverse` swaps
+    /// the two depths. `aspect` is width over height.
     pub fn clip(self, aspect: f64, reverse: bool) -> DMat4 {
         let (near, far) = match self {
             Projection::Matrix { clip_from_view, .. } if is_reverse(&clip_from_view) == reverse => {
@@ -108,7 +110,8 @@ impl Projection {
         }
     }
 
-    /// The corners of the picture at a distance along the view axis: left bottom, right bottom, left top, right top.
+    /// The corners of the picture in view space, in metres, at `distance` metres along the view axis: left bottom,
+    /// right bottom, left top, right top.
     pub fn corners(self, aspect: f64, distance: f64) -> [DVec2; 4] {
         let signs = [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)];
         let half_height = match self {
@@ -129,7 +132,8 @@ impl Projection {
         signs.map(|(x, y)| DVec2::new(x * half_width, y * half_height))
     }
 
-    /// The middle of what is seen, and half its size, in metres: at 1 m, or anywhere of an orthographic camera.
+    /// The centre of the visible rectangle and half its size, in metres: at 1 m for a perspective camera, at any
+    /// distance for an orthographic one.
     pub fn picture(self, aspect: f64) -> (DVec2, DVec2) {
         match self {
             Projection::Matrix { .. } => {
@@ -148,7 +152,7 @@ impl Projection {
         }
     }
 
-    /// Why no pass could use this projection, or `None` if it is fine.
+    /// Returns the reason why no pass can use this projection, or `None` if it is valid.
     pub(super) fn check(self) -> Option<&'static str> {
         if let Projection::Matrix { clip_from_view, jitter } = self {
             let DVec4 { x, y, z, w } = clip_from_view.transpose().w_axis;
@@ -186,14 +190,14 @@ impl Projection {
     }
 }
 
-/// The distance along the view axis of a depth; infinite where it has none.
+/// The distance along the view axis, in metres, at which the projection yields a depth; infinite if there is none.
 fn distance_of(clip_from_view: &DMat4, depth: f64) -> f64 {
     let rows = clip_from_view.transpose();
     let along = depth * rows.w_axis - rows.z_axis;
     if along.z == 0.0 { f64::INFINITY } else { along.w / along.z }
 }
 
-/// Whether depth falls with distance.
+/// Returns `true` if depth falls with distance.
 fn is_reverse(clip_from_view: &DMat4) -> bool {
     let depth = |distance: f64| {
         let clip = clip_from_view * DVec4::new(0.0, 0.0, -distance, 1.0);

@@ -6,8 +6,8 @@ use std::ops::Deref;
 use crate::diagnostic::{Diagnostic, Diagnostics, render};
 use crate::source::Sources;
 
-/// Why there is no result: every diagnostic, and the texts in which they stand. Shown, each has its code, its lines and
-/// a way out; as data they are [`Error::diagnostics`].
+/// The error of a failed operation: its diagnostics, with the source texts that they point into. `Display` prints each
+/// diagnostic with its code, source lines and help; [`Error::diagnostics`] returns them as data.
 #[derive(Clone)]
 pub struct Error(Box<Found>);
 
@@ -18,28 +18,28 @@ struct Found {
 }
 
 impl Error {
-    /// Diagnostics, and the texts in which they stand.
+    /// Creates an error from diagnostics and the source texts that they point into.
     pub fn new(diagnostics: Diagnostics, sources: &Sources) -> Self {
         Self(Box::new(Found { diagnostics, sources: sources.clone() }))
     }
 
-    /// The diagnostics.
+    /// The diagnostics of the failed operation.
     pub fn diagnostics(&self) -> &Diagnostics {
         &self.0.diagnostics
     }
 
-    /// The texts in which it stands.
+    /// The source texts that the diagnostics point into.
     pub fn sources(&self) -> &Sources {
         &self.0.sources
     }
 
-    /// A diagnostic as JSON, with its file, line and column.
+    /// Returns `diagnostic` as a JSON object, with its file name, line and column.
     pub fn json(&self, diagnostic: &Diagnostic) -> serde_json::Value {
         render::json(diagnostic, &self.0.sources)
     }
 }
 
-/// The diagnostics.
+/// Dereferences to the diagnostics, so that their methods can be called on the error.
 impl Deref for Error {
     type Target = Diagnostics;
 
@@ -62,7 +62,7 @@ impl fmt::Debug for Error {
 
 impl std::error::Error for Error {}
 
-/// Prints code, message and help without the place, for an error of a device that has none.
+/// Prints code, message and help, but no source position: for device errors, which have none.
 impl fmt::Display for Diagnostic {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}: {}", self.code, self.message)?;

@@ -1,6 +1,6 @@
 //! Methods that set one field of a value.
 
-/// Methods that give back a value with another one in the field of their name.
+/// Declares builder methods named after fields. Each takes `self` and returns it with that field replaced.
 ///
 /// ```
 /// #[derive(Default)]

@@ -11,42 +11,43 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-/// The largest text, in bytes, that the loaders of this crate accept.
+/// The maximum size, in bytes, of a file that the loaders of this crate accept.
 pub const MAX_FILE_BYTES: usize = 64 << 20;
 
-/// Names one registered source text.
+/// The identifier of a source text registered in [`Sources`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct FileId(u32);
 
 /// A half-open byte range of one source text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Span {
-    /// The text that the range belongs to.
+    /// The source text that the byte range belongs to.
     pub file: FileId,
-    /// The first byte.
+    /// The byte offset of the first byte.
     pub start: u32,
-    /// One past the last byte.
+    /// The byte offset one past the last byte.
     pub end: u32,
 }
 
 impl Span {
-    /// The bytes `range` of `file`. Offsets beyond `u32` are cut off at its end.
+    /// The span of the byte range `range` of `file`. Offsets beyond `u32::MAX` are clamped to it.
     pub fn new(file: FileId, range: Range<usize>) -> Self {
         let cut = |offset: usize| u32::try_from(offset).unwrap_or(u32::MAX);
         Self { file, start: cut(range.start), end: cut(range.end) }
     }
 
-    /// A place outside of all texts, which a host knows by a number: that of a value which it gives.
+    /// A span outside of all source texts. It identifies a value that the host passed, by a number of the host's
+    /// choice.
     pub fn of_host(number: u32) -> Self {
         Self { file: FileId(u32::MAX), start: number, end: number }
     }
 
-    /// The number of a place that a host knows.
+    /// The number passed to [`Self::of_host`]; `None` for a span in a source text.
     pub fn host_number(self) -> Option<u32> {
         (self.file == FileId(u32::MAX)).then_some(self.start)
     }
 
-    /// The bytes `range` counted from the start of this span, kept inside it.
+    /// The span of the bytes `range`, relative to the start of this span and clamped to its end.
     pub fn inside(self, range: Range<usize>) -> Self {
         let at = |offset: usize| {
             self.start.saturating_add(u32::try_from(offset).unwrap_or(u32::MAX)).min(self.end)
@@ -54,7 +55,8 @@ impl Span {
         Self { file: self.file, start: at(range.start), end: at(range.end) }
     }
 
-    /// The place of a `range` of `text`, if this span is that text in quotes; `None` if it has escapes there.
+    /// The span of the byte range `range` of `text`, if this span is `text` in quotes. `None` if the source contains
+    /// escapes, so that offsets differ.
     pub fn of_quoted(self, text: &str, range: Range<usize>) -> Option<Self> {
         let is_verbatim = self.range().len() == text.len() + 2 && range.end <= text.len();
         is_verbatim.then(|| self.inside(range.start + 1..range.end + 1))
@@ -66,16 +68,16 @@ impl Span {
     }
 }
 
-/// A position as people count: lines and columns from 1, columns in characters.
+/// A position in a source text for display.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct LineColumn {
-    /// The line, from 1.
+    /// The line number, from 1.
     pub line: u32,
     /// The column in characters, from 1.
     pub column: u32,
 }
 
-/// A registered text, with its name and the starts of its lines.
+/// A source text with its name and the byte offsets at which its lines start.
 #[derive(Debug)]
 pub struct SourceFile {
     name: String,
@@ -90,18 +92,18 @@ impl SourceFile {
         Self { name, text, line_starts }
     }
 
-    /// The name under which diagnostics show the file: a path as the user wrote it, or `<command line>`.
+    /// The name of the file in diagnostics: a path as the user wrote it, or `<command line>`.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// The text.
+    /// The contents of the file.
     pub fn text(&self) -> &Arc<str> {
         &self.text
     }
 
-    /// The position of a byte offset. An offset past the end, or inside a character, is moved back to the nearest
-    /// start of a character.
+    /// Returns the line and column of a byte offset. Offsets past the end or inside a character are moved back to the
+    /// nearest start of a character.
     pub fn line_column(&self, offset: u32) -> LineColumn {
         let mut offset = (offset as usize).min(self.text.len());
         while !self.text.is_char_boundary(offset) {
@@ -113,61 +115,62 @@ impl SourceFile {
         LineColumn { line: line as u32 + 1, column: column as u32 + 1 }
     }
 
-    /// The byte range of a line (from 0) with its line ending, or `None` beyond the end.
+    /// The byte range of the line with this index (from 0), line ending included. `None` beyond the last line.
     pub fn line_range(&self, index: usize) -> Option<Range<usize>> {
         let start = *self.line_starts.get(index)? as usize;
         Some(start..self.line_starts.get(index + 1).map_or(self.text.len(), |end| *end as usize))
     }
 
-    /// The text of a line (from 1), without its line ending; empty beyond the end.
+    /// The contents of a line (counted from 1) without its line ending; empty beyond the last line.
     pub fn line(&self, line: u32) -> &str {
         let range = self.line_range(line.saturating_sub(1) as usize);
         range.map_or("", |range| self.text[range].trim_end_matches(['\n', '\r']))
     }
 }
 
-/// All texts that diagnostics can point into.
+/// The registered source texts: all files that diagnostics can point into.
 #[derive(Clone, Debug, Default)]
 pub struct Sources {
     files: Vec<Arc<SourceFile>>,
 }
 
 impl Sources {
-    /// An empty set of texts.
+    /// Creates an empty set of source texts.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Registers a text. The same name may be registered again (a file that changed on disk): both stay.
+    /// Registers a source text and returns its identifier. A name registered again, as for a file that changed on disk,
+    /// gets a new identifier; the older text stays.
     pub fn add(&mut self, name: impl Into<String>, text: impl Into<Arc<str>>) -> FileId {
         self.files.push(Arc::new(SourceFile::new(name.into(), text.into())));
         FileId(self.files.len() as u32 - 1)
     }
 
-    /// Exchanges the text of a registered file. Spans into the text before mean nothing then; clones made before keep
-    /// it.
+    /// Replaces the contents of a registered file. Earlier spans into the file become invalid; earlier clones of this
+    /// `Sources` keep the old contents.
     pub fn replace(&mut self, file: FileId, text: impl Into<Arc<str>>) {
         if let Some(known) = self.files.get_mut(file.0 as usize) {
             *known = Arc::new(SourceFile::new(known.name.clone(), text.into()));
         }
     }
 
-    /// A registered text, or `None` for an id of another `Sources`.
+    /// The file with this identifier; `None` if it is not registered here.
     pub fn get(&self, file: FileId) -> Option<&Arc<SourceFile>> {
         self.files.get(file.0 as usize)
     }
 
-    /// The file registered last under `name`.
+    /// The identifier of the file registered last under `name`; `None` for an unknown name.
     pub fn find(&self, name: &str) -> Option<FileId> {
         self.files.iter().rposition(|file| file.name == name).map(|at| FileId(at as u32))
     }
 
-    /// The texts in the order of their registration.
+    /// The registered files with their identifiers, in the order of registration.
     pub fn iter(&self) -> impl Iterator<Item = (FileId, &Arc<SourceFile>)> {
         self.files.iter().enumerate().map(|(at, file)| (FileId(at as u32), file))
     }
 
-    /// The text of a span; empty where the span does not fit the text.
+    /// The part of the source text that a span covers; empty if the span lies outside of the text.
     pub fn text(&self, span: Span) -> &str {
         self.get(span.file).and_then(|file| file.text.get(span.range())).unwrap_or("")
     }

@@ -17,33 +17,35 @@ use umbragraph_pipeline::diagnostic::{Diagnostic, Diagnostics, Place, codes, lis
 use umbragraph_pipeline::language::{Reference, TextureShape};
 use umbragraph_pipeline::pipeline::{SubresourceRange, is_of};
 
-/// The subject of a capture: a texture, or the version of it that one pass wrote.
+/// A texture to capture: its final contents, or the version that one pass wrote.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Capture {
-    /// `NAME`, `NAME@PASS`, or `NAME@-1` for what the frame before left.
+    /// The texture to capture: `NAME`, `NAME@PASS` for the version written by a pass, or `NAME@-1` for the previous
+    /// frame.
     pub reference: String,
-    /// The mip level.
+    /// The mip level to capture, from 0.
     pub mip: u32,
 }
 
-/// The part of a pipeline that captures.
+/// A generated pipeline document that copies captured textures to imported textures.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct CaptureDocument {
-    /// The text, to be included.
+    /// The document's source, to be included in the captured pipeline.
     pub text: String,
-    /// The imported texture that each capture is copied to, in the order of the captures. It has the captured format,
-    /// the size of the captured mip level and all layers.
+    /// The name of the imported texture that receives each capture, in the order of the captures. The texture has the
+    /// captured format, the size of the captured mip level and all layers.
     pub imports: Vec<String>,
-    /// The pass that overwrites what each capture shows, in the plan without captures: a later version of the resource,
-    /// or another one in the same memory.
+    /// For each capture, the pass that overwrites the contents in the plan without captures; `None` if no pass does. It
+    /// writes a later version, or another resource in the same memory.
     pub overwritten: Vec<Option<String>>,
 }
 
-/// The part of a pipeline that captures, for a pipeline of a plan.
+/// Generates the pipeline document that performs the captures, for the pipeline of a plan.
 ///
 /// # Errors
-/// Resources that do not exist, are culled, or are no textures; passes that do not write them; mip levels that they do
-/// not have; several samples; volumes.
+///
+/// Fails for resources that do not exist, are culled or are no textures; passes that do not write the resource; missing
+/// mip levels; multisampled textures; and 3D textures.
 pub fn document(plan: &Plan, captures: &[Capture]) -> Result<CaptureDocument, Diagnostics> {
     let mut diagnostics = Diagnostics::new();
     let mut subgraphs = serde_json::Map::new();
@@ -91,7 +93,7 @@ pub fn document(plan: &Plan, captures: &[Capture]) -> Result<CaptureDocument, Di
     Ok(CaptureDocument { text: format!("{document:#}\n"), imports, overwritten })
 }
 
-/// The first pass after a version that writes to the same mip level, or first uses a resource in the same memory.
+/// Returns the first pass after the captured version that overwrites its mip level or reuses its memory.
 fn overwriter<'p>(plan: &'p Plan, resource: &PlannedResource, capture: &Capture) -> Option<&'p PlannedPass> {
     let version = Reference::parse(&capture.reference).ok()?.version;
     let shown = SubresourceRange::of(Some(capture.mip), None);
@@ -110,7 +112,7 @@ fn overwriter<'p>(plan: &'p Plan, resource: &PlannedResource, capture: &Capture)
     plan.passes.get(written.into_iter().chain(aliased).min()?)
 }
 
-/// A name that no resource and no pass has.
+/// Returns a name that no resource and no pass has.
 fn free_name(plan: &Plan, at: usize) -> String {
     let pipeline = &plan.pipeline;
     let mut name = format!("capture_{at}");

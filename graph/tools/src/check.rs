@@ -11,25 +11,25 @@ use umbragraph_pipeline::pipeline::{self, LoadOptions, Overrides, TypedPipeline}
 use umbragraph_pipeline::shader::{ShaderCache, TargetProfile, TemplateSet};
 use umbragraph_pipeline::source::{FileId, Sources};
 
-/// The results of checking a pipeline, as far as its diagnostics allow.
+/// The results of checking a pipeline; later results are absent after errors.
 #[derive(Clone, Debug, Default)]
 #[non_exhaustive]
 pub struct CheckReport {
-    /// The pipeline.
+    /// The typed pipeline; `None` after errors in the document.
     pub pipeline: Option<Arc<TypedPipeline>>,
-    /// The graph.
+    /// The dependency graph of the passes; `None` after errors.
     pub graph: Option<Arc<Graph>>,
-    /// The plan.
+    /// The plan; `None` after errors.
     pub plan: Option<Arc<Plan>>,
 }
 
 impl CheckReport {
-    /// Plans the same pipeline with other options: another viewport, or sizes that blackboard data wants
-    /// ([`PlanOptions::data_sizes`]). Where nothing but sizes changes, the rest of the plan is taken over
-    /// ([`Plan::resized`]).
+    /// Plans the same pipeline with other options: another viewport, or other sizes published by blackboard data
+    /// ([`PlanOptions::data_sizes`]). If only sizes change, the rest of the plan is reused ([`Plan::resized`]).
     ///
     /// # Errors
-    /// The diagnostics of the plan; nothing but warnings where there is no graph to plan.
+    ///
+    /// Returns the diagnostics of the plan; only warnings if there is no graph to plan.
     pub fn plan_again(&self, options: &PlanOptions, sources: &Sources) -> Result<Plan, Diagnostics> {
         let mut diagnostics = Diagnostics::new();
         let (Some(pipeline), Some(graph)) = (&self.pipeline, &self.graph) else { return Err(diagnostics) };
@@ -43,19 +43,19 @@ impl CheckReport {
 /// The options of a check.
 #[derive(Clone, Copy, Debug)]
 pub struct CheckOptions<'a> {
-    /// The node kinds that passes can name.
+    /// The node kinds that passes can use.
     pub registry: &'a Registry,
-    /// The templates.
+    /// The WGSL shader templates.
     pub templates: &'a Arc<TemplateSet>,
-    /// The target profile.
+    /// The target profile: the features and limits of the device.
     pub profile: &'a TargetProfile,
-    /// Values of parameters and features.
+    /// The values given for parameters and features.
     pub overrides: &'a Overrides,
-    /// The viewport and the host's textures.
+    /// The planning options: the viewport, the host's textures and the objective.
     pub plan: &'a PlanOptions,
 }
 
-/// Plans a registered text that refers to no other file. Adds to `diagnostics`.
+/// Checks and plans a registered file that includes no other file. Adds to `diagnostics`.
 pub fn check(
     file: FileId,
     options: &CheckOptions<'_>,
@@ -74,7 +74,7 @@ pub fn check(
     }
 }
 
-/// Plans a document, which may be composed of several files. Adds to `diagnostics`.
+/// Checks and plans a document that may be composed of several files. Adds to `diagnostics`.
 pub fn check_document(
     document: &Document,
     options: &CheckOptions<'_>,
@@ -85,8 +85,8 @@ pub fn check_document(
     check_sharing(document, options, sources, diagnostics, (&shaders, None))
 }
 
-/// Plans a document with the shader modules of earlier checks that had the same templates and profile. `schema` is
-/// what [`pipeline::check_schema`] reports of the document, if known.
+/// Checks and plans a document, reusing shader modules of earlier checks with the same templates and profile. `schema`
+/// holds the result of [`pipeline::check_schema`] for the document, if already computed.
 pub fn check_sharing(
     document: &Document,
     options: &CheckOptions<'_>,
@@ -103,7 +103,7 @@ pub fn check_sharing(
     checked
 }
 
-/// Plans a pipeline, without checks of what the device of the options lacks.
+/// Plans a typed pipeline without checking for missing device features.
 pub(crate) fn compiled(
     mut pipeline: TypedPipeline,
     options: &PlanOptions,

@@ -16,22 +16,22 @@ use umbragraph_pipeline::pipeline::{TypedPipeline, Usage};
 use umbragraph_pipeline::shader::Stage;
 use umbragraph_pipeline::work::{Dispatch, Work};
 
-/// The parts of a pipeline that a plan does not use.
+/// The parts of a pipeline document that a plan does not use.
 #[derive(Clone, Debug, Default)]
 pub struct Remarks {
-    /// The culled passes, each with the first step of the reason.
+    /// The culled passes by name, each with the first step of the reason for culling.
     pub culled: Vec<(String, String)>,
-    /// The dispatches of so many workgroups that have fewer invocations than a texture that they write has texels: the
-    /// pass, the invocations, the texture and its size.
+    /// Dispatches with explicit workgroup counts and fewer invocations than texels in a written texture. Each entry is
+    /// the pass, its invocations, the texture and the texture's size in texels.
     pub small_dispatches: Vec<(String, [u32; 2], String, [u32; 2])>,
-    /// The entry points that no pass runs, as template and name.
+    /// The shader entry points that no pass runs, as template name and entry point name.
     pub entry_points: Vec<(String, String)>,
-    /// The parameters from which nothing of the plan follows.
+    /// The names of parameters that do not affect the plan.
     pub parameters: Vec<String>,
 }
 
 impl Remarks {
-    /// The remarks on the plan of a checked pipeline; empty without a plan.
+    /// Collects the remarks on the plan of a checked pipeline; empty without a plan.
     pub(crate) fn of(model: &Model, checked: &CheckReport) -> Self {
         let (Some(pipeline), Some(plan)) = (&checked.pipeline, &checked.plan) else { return Self::default() };
         let reason = |name: &String| why_culled(plan, name).next().unwrap_or_default();
@@ -44,8 +44,8 @@ impl Remarks {
     }
 }
 
-/// Dispatches that leave out texels of what they write, if each invocation writes one: as one with `over` does, whose
-/// number of workgroups follows from the texture.
+/// Finds dispatches with explicit workgroup counts and fewer invocations than texels in a written texture. Dispatches
+/// sized by a texture (`over`) are skipped.
 fn small_dispatches(pipeline: &TypedPipeline, plan: &Plan) -> Vec<(String, [u32; 2], String, [u32; 2])> {
     let mut found = Vec::new();
     for planned in &plan.passes {

@@ -14,7 +14,7 @@ use umbragraph_pipeline::expression::{ExpressionKind, Value};
 use umbragraph_pipeline::model::{Content, Declaration, DeclarationKind as Kind, Id, Model, Text};
 use umbragraph_pipeline::shader::TemplateSet;
 
-/// The axes of the templates that strings name.
+/// Returns the template axes (shader variant dimensions) that strings name.
 pub(crate) fn axes_named<'t, 'm>(
     texts: impl Iterator<Item = &'m Text>,
     templates: &'t TemplateSet,
@@ -34,7 +34,7 @@ pub(crate) fn axes_named<'t, 'm>(
     templates.axes_of(|name| names.contains(name))
 }
 
-/// Finds the parameters, features, derived values and shared settings that nothing uses.
+/// Adds a diagnostic for each unused parameter, feature, derived value and group of shared settings.
 pub(crate) fn unused(
     document: &Document,
     model: &Model,

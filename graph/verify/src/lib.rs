@@ -41,7 +41,8 @@ pub use violation::{Violation, ViolationKind};
 use umbragraph_compiler::{Plan, PlanOptions};
 use violation::Violations;
 
-/// Finds everything that is wrong with a plan. `options` are those that it was made with.
+/// Finds every violation in a plan; an empty list means a valid plan. `options` must be those that the plan was made
+/// with.
 pub fn verify(plan: &Plan, options: &PlanOptions) -> Vec<Violation> {
     let mut violations = Violations(Vec::new());
     // The rest relies on every planned pass being one of the pipeline's.

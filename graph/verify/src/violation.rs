@@ -2,18 +2,18 @@
 
 use serde::Serialize;
 
-/// The kind of a violation.
+/// The rule that a plan violates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum ViolationKind {
-    /// A pass is planned twice, or planned and culled.
+    /// A pass is planned twice, or both planned and culled.
     PassTwice,
     /// A pass of the pipeline is neither planned nor culled.
     PassMissing,
     /// The plan has a pass that the pipeline does not have.
     PassUnknown,
-    /// A culled pass is needed.
+    /// A culled pass is needed: an output depends on its result.
     CulledButNeeded,
     /// A planned pass leads to no output.
     KeptWithoutReason,
@@ -21,81 +21,83 @@ pub enum ViolationKind {
     WrongReason,
     /// The stated reason for culling a pass does not hold.
     WrongCullReason,
-    /// A pass runs before one that it has to follow.
+    /// A pass runs before a pass that it declares to follow with `after`.
     AfterViolated,
-    /// A pass reads what nothing has written.
+    /// A pass reads a region that no pass has written.
     UninitialisedRead,
-    /// A pass reads another version than it asks for.
+    /// A pass reads another version of a resource than it names.
     WrongVersion,
-    /// A pass reads before the newest version is made.
+    /// A pass that reads the newest version runs before the pass that writes this version.
     ReadTooEarly,
-    /// Two writers whose order in the plan follows from nothing in the document.
+    /// The order of two writers in the plan follows from no declaration in the pipeline document.
     WritersUnordered,
-    /// A pass needs contents that an earlier pass did not store.
+    /// A pass needs contents that an earlier pass discarded instead of storing.
     ContentsDropped,
-    /// A resource that outlives the frame is not stored.
+    /// The contents of a resource that outlives the frame are discarded.
     OutputDropped,
-    /// The attachments are not those that the pass declares.
+    /// The planned attachments differ from those that the pass declares.
     AttachmentsDiffer,
-    /// A load operation is not the one that the pass declares.
+    /// The load operation of an attachment differs from the declared one.
     LoadDiffers,
-    /// A pass declares that it discards an attachment, but the plan stores it.
+    /// The plan stores an attachment that the pass declares as discarded.
     StoreDiffers,
-    /// An attachment is marked as staying in its pass, but does not.
+    /// An attachment is marked as transient, although its contents enter or leave the pass.
     TransientAttachmentLeaves,
-    /// Passes of one group cannot be one render pass.
+    /// Passes of one group cannot be merged into one render pass.
     GroupBroken,
     /// A resource that a planned pass uses is not planned.
     ResourceMissing,
     /// A planned resource is used by no planned pass.
     ResourceUnused,
-    /// The first or last access of a resource is stated wrong.
+    /// The stated first or last access of a resource is wrong.
     SpanWrong,
-    /// A resource has a place that does not fit its kind or lifetime.
+    /// The physical location of a resource (texture, buffer, import or blackboard) does not fit its kind or lifetime.
     PlaceWrong,
-    /// A place does not exist.
+    /// A resource refers to a physical texture or buffer that does not exist.
     PlaceMissing,
-    /// Two resources that are alive together share memory.
+    /// Two resources with overlapping lifetimes share memory.
     Overlap,
-    /// A resource that outlives the frame shares memory.
+    /// A resource that outlives the frame shares memory with another.
     SharedThoughLasting,
-    /// A resource and its physical object differ in format, size, dimension or usages.
+    /// A resource and its physical texture or buffer differ in format, size, dimension or usages.
     CompatibilityMismatch,
     /// A texture lacks a usage that a pass needs.
     UsageMissing,
-    /// An imported texture is used beyond what the host allows.
+    /// An imported texture is used in a way that the host's usages do not allow.
     ImportMisused,
-    /// A mip or layer is used that the texture does not have.
+    /// A pass uses a mip level or layer that the texture does not have.
     SubresourceMissing,
-    /// There are more physical resources than are ever alive at once.
+    /// There are more physical resources than resources alive at once.
     NotMinimal,
-    /// A physical resource stands for nothing.
+    /// A physical texture or buffer holds no resource.
     PhysicalUnused,
-    /// The frames of a history are too few, not of one kind, or not apart from one another.
+    /// The physical resources of a history are too few, differ in descriptor, or are not distinct.
     HistoryWrong,
-    /// A sum of bytes is wrong.
+    /// A stated sum of bytes is wrong.
     BytesWrong,
-    /// A compute pass has no workgroup counts, another pass has, or they are beyond the limits.
+    /// A compute pass has no workgroup counts, another kind of pass has some, or the counts exceed the limits.
     WorkgroupsWrong,
-    /// The name, kind or lifetime in the plan is not the pipeline's.
+    /// The name, kind or lifetime of a pass or resource in the plan differs from the pipeline.
     NameWrong,
-    /// The toggle or the passthrough of a pass in the plan is not what the pipeline says.
+    /// The toggle or the passthrough of a pass in the plan differs from the pipeline.
     ToggleWrong,
-    /// A reader of what has a passthrough does not use its fallback, or not in those frames.
+    /// A reader of a resource with a passthrough does not use the fallback in exactly the frames in which the writer is
+    /// off.
     PassthroughMissing,
-    /// The fallback differs from its resource in dimension, layers or samples, or is too small a buffer.
+    /// A fallback differs from the replaced resource in dimension, layers or samples, or is a buffer that is too small.
     PassthroughMisfit,
-    /// A transfer copies other mips, layers, aspects, texels or bytes than it describes, or says that it uses others.
+    /// A transfer copies other mip levels, layers, aspects, texels or bytes than declared, or its accesses differ from
+    /// its ends.
     CopyWrong,
-    /// A resource shares memory though a toggle can switch off what writes it first.
+    /// A resource shares memory, although a toggle can switch off its first writer.
     SharedThoughConditional,
 }
 
-/// One thing that is wrong with a plan.
+/// One violation of a rule in a plan.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[non_exhaustive]
 pub struct Violation {
-    /// The rule that is violated.
+    /// The violated rule.
     pub kind: ViolationKind,
     /// The message, with the names of passes and resources.
     pub message: String,
@@ -107,7 +109,7 @@ impl std::fmt::Display for Violation {
     }
 }
 
-/// The violations so far.
+/// The violations found so far.
 pub(crate) struct Violations(pub(crate) Vec<Violation>);
 
 impl Violations {

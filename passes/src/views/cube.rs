@@ -20,7 +20,7 @@ use umbragraph_pipeline::frame::{Light, LightKind};
 
 use super::{NEAR, is_place, projection, range};
 
-/// A face of a cube; its number is its layer.
+/// A face of a cube. Its number is the index of its layer in a cube texture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Face {
     /// Towards +X.
@@ -37,7 +37,7 @@ pub enum Face {
     NegativeZ,
 }
 
-/// The direction at the centre of each face, and those in which u and v grow.
+/// The direction at the centre of each face, and the directions in which u and v grow.
 const DIRECTIONS: [[DVec3; 3]; 6] = [
     [DVec3::X, DVec3::NEG_Z, DVec3::NEG_Y],
     [DVec3::NEG_X, DVec3::Z, DVec3::NEG_Y],
@@ -58,48 +58,49 @@ impl Face {
         Self::NegativeZ,
     ];
 
-    /// The direction at its centre.
+    /// The direction at the centre of the face.
     pub fn forward(self) -> DVec3 {
         DIRECTIONS[self as usize][0]
     }
 
-    /// The directions in which u and v grow.
+    /// The directions in which u and v of the face grow.
     pub fn axes(self) -> (DVec3, DVec3) {
         let [_, u, v] = DIRECTIONS[self as usize];
         (u, v)
     }
 
-    /// World to view space without the translation: a rotation, right-handed, looking along −Z.
+    /// The rotation from world to view space, right-handed and looking along −Z.
     pub fn rotation(self) -> DMat3 {
         let (u, v) = self.axes();
         DMat3::from_cols(-u, -v, -self.forward()).transpose()
     }
 }
 
-/// The six views of a point light.
+/// The six views of a point light, one for each face of a cube.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CubeViews {
     /// The position of the light, in world metres.
     pub position: DVec3,
     /// The distance of the near planes, in metres.
     pub near: f64,
-    /// The distance of the far planes along each axis, in metres: the light's range.
+    /// The distance of the far planes along each view's axis, in metres: the light's range.
     pub far: f64,
-    /// The tangent of half the angle that each view sees: 1 for 90°.
+    /// The tangent of half the angle of each view: 1 for 90°.
     pub half_width: f64,
     /// Whether depth runs from 1 (near) to 0 (far).
     pub reverse: bool,
 }
 
 impl CubeViews {
-    /// The views of a point light; `None` for another kind, and for one that stands nowhere.
+    /// The views of a point light; `None` for another kind of light, or an unusable position. `border` is as for
+    /// [`CubeViews::of`].
     pub fn new(light: &Light, border: f64, reverse: bool) -> Option<Self> {
         let LightKind::Point = light.kind else { return None };
         Self::of(light.position, range::of(light), border, reverse)
     }
 
-    /// The views from a position to a range in metres. `border` is the part of each picture's width, 0 to 0.4, that
-    /// lies outside the face on each side (border texels / all texels).
+    /// The views from a position, with a range in metres; `None` for an unusable position. `border` is the fraction of
+    /// each picture's width, 0 to 0.4, that lies outside the face on each side (border texels / all texels).
     pub fn of(position: DVec3, range: f64, border: f64, reverse: bool) -> Option<Self> {
         if !is_place(position) {
             return None;
@@ -109,18 +110,18 @@ impl CubeViews {
         Some(Self { position, near: NEAR, far, half_width: 1.0 / (1.0 - 2.0 * border), reverse })
     }
 
-    /// World to view space: a rotation and a translation.
+    /// The matrix from world to view space of a face: a rotation and a translation.
     pub fn view_from_world(&self, face: Face) -> DMat4 {
         DMat4::from_mat3(face.rotation()) * DMat4::from_translation(-self.position)
     }
 
-    /// World to clip space.
+    /// The matrix from world to clip space of a face, which mirrors left and right.
     pub fn clip_from_world(&self, face: Face) -> DMat4 {
         let scale = 1.0 / self.half_width;
         projection(-scale, scale, self.near, self.far, self.reverse) * self.view_from_world(face)
     }
 
-    /// A face's view as draws are made from it.
+    /// The view of a face in the form that draws use, for a layer and a rectangle in texels of a shadow map.
     pub fn view(&self, face: Face, layer: u32, viewport: Option<[u32; 4]>) -> View {
         View::new(self.clip_from_world(face), self.view_from_world(face), self.position, face.forward())
             .reverse(self.reverse)

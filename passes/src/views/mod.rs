@@ -15,19 +15,20 @@ pub mod spot;
 
 use glam::{DMat4, DVec2, DVec3, DVec4};
 
-/// The distance of the near plane, in metres.
+/// The distance of the near plane of a light's views, in metres.
 pub const NEAR: f64 = 0.05;
 
-/// The largest coordinate of a light that has views, in metres.
+/// The largest absolute coordinate of a light's position for which there are views, in metres.
 pub const MAX_COORDINATE: f64 = 1e9;
 
-/// Two numbers a and b: the depth of a point at a distance along the view's axis is a + b / distance.
+/// The coefficients a and b of the depth of a perspective view: a point at a distance along the view's axis has the
+/// depth a + b / distance.
 pub fn depth_coefficients(near: f64, far: f64, reverse: bool) -> DVec2 {
     let (near, far) = if reverse { (far, near) } else { (near, far) };
     DVec2::new(far, -near * far) / (far - near)
 }
 
-/// View to clip space: x and y are multiplied by the scales and divided by the distance along the axis.
+/// The perspective projection from view to clip space. `x_scale` and `y_scale` are the cotangents of the half angles.
 fn projection(x_scale: f64, y_scale: f64, near: f64, far: f64, reverse: bool) -> DMat4 {
     let (near, far) = if reverse { (far, near) } else { (near, far) };
     let slope = far / (near - far);
@@ -39,7 +40,7 @@ fn projection(x_scale: f64, y_scale: f64, near: f64, far: f64, reverse: bool) ->
     )
 }
 
-/// Whether a light has a position that allows views.
+/// Returns `true` if a light's position is finite and within [`MAX_COORDINATE`].
 fn is_place(position: DVec3) -> bool {
     position.is_finite() && position.abs().max_element() <= MAX_COORDINATE
 }

@@ -9,34 +9,34 @@ use umbragraph_pipeline::frame::Light;
 
 use super::NEAR;
 
-/// The illuminance below which light is not seen, in lux: about the first step of an 8-bit sRGB picture of a white
-/// surface at exposure 1.
+/// The illuminance in lux below which light counts as invisible. It is about the first step of an 8-bit sRGB picture of
+/// a white surface at exposure 1.
 pub const DARKEST: f64 = 1e-3;
 
 /// The shortest range, in metres: twice the near plane's distance.
 pub const SHORTEST: f64 = 2.0 * NEAR;
 
-/// The longest range, in metres; a 32-bit depth tells the last 100 m of it apart no more than in half metres.
+/// The longest range, in metres. In its last 100 m, 32-bit depth can only resolve half metres.
 pub const LONGEST: f64 = 1e4;
 
-/// The range of a light in metres; meaningless for a directional light.
+/// The range of a point or spot light, in metres; meaningless for a directional light.
 pub fn of(light: &Light) -> f64 {
     let luminance = light.color.as_dvec3().abs().max_element().min(f64::from(f32::MAX));
     let brightest = f64::from(light.intensity).abs() * luminance;
     seen(brightest).min(clamped(f64::from(light.range)))
 }
 
-/// The distance at which a light of `candela` gives [`DARKEST`] lux, clamped.
+/// The distance in metres at which a light of `candela` gives [`DARKEST`] lux, clamped to the limits of the range.
 fn seen(candela: f64) -> f64 {
     clamped((candela / DARKEST).sqrt())
 }
 
-/// The range clamped to the limits; NaN counts as the shortest.
+/// The range in metres, clamped to [`SHORTEST`] and [`LONGEST`]; NaN counts as the shortest.
 pub(super) fn clamped(range: f64) -> f64 {
     if range > SHORTEST { range.min(LONGEST) } else { SHORTEST }
 }
 
-/// The vector that a light shines along: its direction, of unit length, or −Z (glTF's own) if it has none.
+/// The unit vector along which a light shines. A direction of zero or without finite values gives −Z, as in glTF.
 pub fn direction(direction: DVec3) -> DVec3 {
     let max = direction.abs().max_element();
     if max.is_finite() { (direction / max).normalize_or(DVec3::NEG_Z) } else { DVec3::NEG_Z }

@@ -20,18 +20,18 @@ pub const MIN_ANGLE: f64 = 0.5 * std::f64::consts::PI / 180.0;
 /// The largest half angle of a view, in radians: 80°.
 pub const MAX_ANGLE: f64 = 80.0 * std::f64::consts::PI / 180.0;
 
-/// A spot light's view.
+/// The view of a spot light: a square perspective along its cone.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpotView {
-    /// World to clip space.
+    /// The matrix from world to clip space.
     pub clip_from_world: DMat4,
-    /// World to view space: a rotation and a translation.
+    /// The matrix from world to view space: a rotation and a translation.
     pub view_from_world: DMat4,
     /// The position of the light, in world metres.
     pub position: DVec3,
-    /// The unit direction of its axis.
+    /// The unit direction of the cone's axis, in world space.
     pub forward: DVec3,
-    /// The half angle of the picture, in radians.
+    /// The half angle of the view, in radians.
     pub half_angle: f64,
     /// The distance of the near plane, in metres.
     pub near: f64,
@@ -39,20 +39,21 @@ pub struct SpotView {
     pub far: f64,
     /// Whether depth runs from 1 (near) to 0 (far).
     pub reverse: bool,
-    /// Whether the half angle is not the cone's own (with its margin).
+    /// Whether the half angle was clamped, so that it differs from the cone's half angle with its border.
     pub clamped: bool,
 }
 
 impl SpotView {
-    /// The view of a spot light; `None` for another kind, and for one that stands nowhere. `border` is the part of the
-    /// picture's width, 0 to 0.4, that stays free on each side of the cone (in texels of a tile: border / size).
+    /// The view of a spot light; `None` for another kind of light, or an unusable position. `border` is the fraction of
+    /// the picture's width, 0 to 0.4, that stays free on each side of the cone (border texels / texels of the tile).
     pub fn new(light: &Light, border: f64, reverse: bool) -> Option<Self> {
         let LightKind::Spot { outer_angle, .. } = light.kind else { return None };
         let cone = [f64::from(outer_angle), range::of(light)];
         Self::of(light.position, light.direction, cone, border, reverse)
     }
 
-    /// The view along a cone of a half angle in radians and a length in metres.
+    /// The view along a cone with a half angle in radians and a range in metres; `None` for an unusable position.
+    /// `border` is the fraction of the picture's width that stays free on each side, 0 to 0.4.
     pub fn of(
         position: DVec3,
         direction: DVec3,
@@ -85,13 +86,13 @@ impl SpotView {
         })
     }
 
-    /// Half the width of what the picture sees at a distance of 1 m: a texel of a tile of `size` texels is
-    /// `2 · half_width / size` wide per metre.
+    /// Half the width of the picture at a distance of 1 m, in metres. A texel of a tile of `size` texels is `2 ·
+    /// half_width / size` wide per metre of distance.
     pub fn half_width(&self) -> f64 {
         self.half_angle.tan()
     }
 
-    /// The view as draws are made from it.
+    /// The view in the form that draws use, for a layer and a rectangle in texels of a shadow map.
     pub fn view(&self, layer: u32, viewport: Option<[u32; 4]>) -> View {
         View::new(self.clip_from_world, self.view_from_world, self.position, self.forward)
             .reverse(self.reverse)

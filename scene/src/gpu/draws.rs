@@ -16,21 +16,21 @@ use crate::pose::Pose;
 use crate::scene::{Draw, Scene};
 use crate::visibility::may_be_visible;
 
-/// A draw with all that is needed to issue it.
+/// A draw with the data needed to issue its draw call.
 #[derive(Clone, Debug)]
 pub(super) struct Item {
     pub(super) draw: Draw,
     part: Part,
     properties: PropertySet,
     is_blended: bool,
-    /// Its place among the draws of the scene, and so among the objects.
+    /// The index of the draw in the scene, and so of its block in the object buffers.
     object: u32,
     bounds: Bounds,
     is_mirrored: bool,
 }
 
 impl Item {
-    /// Notes where the draw stands in a pose.
+    /// Updates the bounding box and the mirroring of the draw for a pose.
     pub(super) fn place(&mut self, scene: &Scene, pose: &Pose) {
         self.bounds = scene.draw_bounds(self.draw, pose);
         self.is_mirrored = world_from_object(self.draw, pose).determinant() < 0.0;
@@ -41,7 +41,8 @@ impl Item {
     }
 }
 
-/// The draws of a scene, sorted by what costs most to change.
+/// The draws of a scene, sorted to minimize state changes: opaque before blended, then by properties, material and
+/// mesh.
 pub(super) fn sorted_items(scene: &Scene, geometry: &Geometry) -> Vec<Item> {
     let mut items: Vec<Item> = scene
         .draws_of_all_details()
@@ -71,7 +72,7 @@ pub(super) fn sorted_items(scene: &Scene, geometry: &Geometry) -> Vec<Item> {
     items
 }
 
-/// Issues the draws that the pass wants and its view may see.
+/// Issues the draws that match the filter and level of detail of the pass and may be visible in its view.
 pub(super) fn record(
     items: &[Item],
     geometry: &Geometry,
@@ -108,7 +109,7 @@ pub(super) fn record(
     sorted.iter().for_each(|(_, at)| state.issue(&items[*at as usize], geometry, pass));
 }
 
-/// The draws of a range that have a key, by their keys.
+/// Sorts the draws of a range into `sorted`, by ascending key. Draws for which `key` returns `None` are left out.
 fn sort(
     items: &[Item],
     range: Range<usize>,
@@ -120,12 +121,12 @@ fn sort(
     sorted.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
 }
 
-/// The state that is already bound.
+/// The state bound by the previous draw, so that unchanged state is not set again.
 #[derive(Default)]
 struct State {
     properties: Option<(PropertySet, bool)>,
     material: Option<usize>,
-    /// Whether the previous positions are those of vertices that move.
+    /// Whether the bound previous positions are those of animated vertices. `None` before the first draw.
     has_previous: Option<bool>,
 }
 

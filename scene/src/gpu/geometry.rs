@@ -18,45 +18,47 @@ use crate::interface::{BLOCK_STRIDE, PREVIOUS, STREAMS};
 use crate::mesh::VertexDetail;
 use crate::scene::{Draw, Scene};
 
-/// The slot of previous positions, behind those that [`Geometry::bind`] fills.
+/// The vertex buffer slot of previous positions: the first after the slots that [`Geometry::bind`] sets.
 const PREVIOUS_SLOT: u32 = STREAMS.len() as u32 + 1;
 
-/// The ranges of a primitive in the buffers.
+/// The location of a primitive in the vertex and index buffers.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Part {
-    /// Its indices, counted from its first vertex.
+    /// The range of the primitive in the index buffer; index values are relative to `first_vertex`.
     pub(super) indices: Range<u32>,
-    /// Indices of the same triangles with reversed winding.
+    /// The index range of the same triangles with reversed winding, for mirrored draws.
     pub(super) mirrored: Range<u32>,
-    /// Its first vertex.
+    /// The position of the primitive's first vertex in the vertex buffers.
     pub(super) first_vertex: i32,
 }
 
-/// The buffers of a scene.
+/// The vertex and index buffers of a scene.
 pub(super) struct Geometry {
-    /// The streams of positions and of normals, those of skinned draws first.
+    /// The stream of positions. In this stream and in `normals`, vertices of skinned draws come first.
     pub(super) positions: wgpu::Buffer,
     pub(super) normals: wgpu::Buffer,
-    /// Positions in the pose before, of the vertices that move by themselves.
+    /// The positions of animated vertices in the previous pose.
     pub(super) previous: wgpu::Buffer,
     texcoords: wgpu::Buffer,
-    /// The other attributes, of the first vertices up to the last that has some.
+    /// The stream of vertex details; it ends after the last vertex that has details.
     details: wgpu::Buffer,
     indices: wgpu::Buffer,
-    /// The parts by mesh and primitive, and by draw if its vertices are its own.
+    /// The part of each mesh and primitive. Draws with animated vertices have a part each, also keyed by the index of
+    /// the draw.
     parts: BTreeMap<(usize, usize, Option<usize>), Part>,
-    /// The number of vertices of skinned draws.
+    /// The number of vertices of all skinned draws, which come first in the buffers.
     pub(super) skinned_vertices: u32,
-    /// The number of vertices of skinned and morphed draws.
+    /// The number of vertices of all skinned and morphed draws, which come first in the buffers.
     moved_vertices: u32,
 }
 
-/// The key of a stored part: mesh, primitive, and the draw's number if it has vertices of its own.
+/// The key of a part: mesh, primitive, and the index of the draw if skinning or morph targets animate its vertices.
 fn key(scene: &Scene, number: usize, draw: Draw) -> (usize, usize, Option<usize>) {
     (draw.mesh, draw.primitive, scene.has_own_vertices(draw).then_some(number))
 }
 
-/// Checks that the buffers of a scene fit the limits of a device.
+/// Checks that the buffers of a scene fit the limits of a device. Returns one diagnostic for each buffer that is too
+/// large.
 pub(super) fn check_limits(scene: &Scene, limits: &wgpu::Limits) -> Result<(), Diagnostics> {
     let (mut vertices, mut detailed, mut indices) = (0_u64, 0_u64, 0_u64);
     let mut known = std::collections::BTreeSet::new();
@@ -172,7 +174,8 @@ impl Geometry {
         }
     }
 
-    /// Keeps the positions of vertices that move as their previous ones, in a command buffer that is submitted here.
+    /// Copies the current positions of animated vertices to the buffer of previous positions, in a command buffer
+    /// submitted here.
     pub(super) fn keep_positions(&self, device: &wgpu::Device, queue: &wgpu::Queue) {
         if self.moved_vertices > 0 {
             let descriptor = wgpu::CommandEncoderDescriptor { label: Some("scene previous positions") };
@@ -183,23 +186,24 @@ impl Geometry {
         }
     }
 
-    /// Whether the vertices of a part have previous positions of their own.
+    /// Returns `true` if the vertices of a part are animated and so have previous positions of their own.
     pub(super) fn has_previous(&self, part: &Part) -> bool {
         i64::from(part.first_vertex) < i64::from(self.moved_vertices)
     }
 
-    /// Binds the previous positions of vertices that move, or those of now.
+    /// Binds the buffer of previous positions, or with `has_previous` false the current positions in its place.
     pub(super) fn bind_previous(&self, has_previous: bool, pass: &mut wgpu::RenderPass<'static>) {
         let stream = if has_previous { &self.previous } else { &self.positions };
         pass.set_vertex_buffer(PREVIOUS_SLOT, stream.slice(..));
     }
 
-    /// The part of a draw; `number` is its index among the draws.
+    /// The part of a draw; `number` is the index of the draw in [`Scene::draws_of_all_details`]. `None` if the buffers
+    /// do not contain the draw.
     pub(super) fn part(&self, scene: &Scene, number: usize, draw: Draw) -> Option<&Part> {
         self.parts.get(&key(scene, number, draw))
     }
 
-    /// Binds all streams and the indices.
+    /// Binds all vertex streams, except previous positions, and the index buffer.
     pub(super) fn bind(&self, pass: &mut wgpu::RenderPass<'static>) {
         for (slot, stream) in (0..).zip([&self.positions, &self.normals, &self.texcoords, &self.details]) {
             pass.set_vertex_buffer(slot, stream.slice(..));
@@ -208,8 +212,8 @@ impl Geometry {
     }
 }
 
-/// The matrix for normals under a transform: its cofactors, scaled to the range of `f32`. Unlike the inverse transpose
-/// they exist for every transform, even a singular one.
+/// The matrix that transforms normals: the cofactors of the transform, scaled to the range of `f32`. Unlike the inverse
+/// transpose, cofactors exist for every transform, even a singular one.
 pub(super) fn normal_matrix(transform: &DMat4) -> DMat3 {
     let [x, y, z] = [transform.x_axis, transform.y_axis, transform.z_axis].map(glam::DVec4::truncate);
     let cofactors = DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y));
@@ -241,7 +245,7 @@ mod tests {
         assert_eq!(normal_matrix(&DMat4::ZERO), DMat3::IDENTITY);
     }
 
-    /// A triangle that so many nodes show.
+    /// A scene in which `nodes` nodes show the same triangle.
     fn scene(nodes: usize) -> Scene {
         let shown: Vec<_> = (0..nodes).collect();
         let nodes = vec![r#"{ "mesh": 0 }"#; nodes].join(", ");

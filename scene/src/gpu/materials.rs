@@ -20,13 +20,13 @@ const ANISOTROPY: u16 = 8;
 pub(super) struct Materials {
     blocks: wgpu::Buffer,
     details: wgpu::Buffer,
-    /// The indices of image and sampler of each of [`MAPS`], for each material.
+    /// For each material and each of [`MAPS`], the indices into `images` and `samplers`.
     textures: Vec<[(usize, usize); MAPS.len()]>,
     images: Vec<wgpu::TextureView>,
     samplers: Vec<wgpu::Sampler>,
 }
 
-/// The uploaded images, each once for every encoding in which it is sampled.
+/// The uploaded images: each image once for each encoding (sRGB or linear) in which it is sampled.
 struct Images<'a> {
     device: &'a wgpu::Device,
     queue: &'a wgpu::Queue,
@@ -35,7 +35,8 @@ struct Images<'a> {
 }
 
 impl Images<'_> {
-    /// The index of an image of the scene; a white texel where it has none.
+    /// The index in `views` of an image of the scene, uploaded on first use. An image that does not exist becomes a
+    /// white texel.
     fn index(&mut self, scene: &Scene, image: usize, is_srgb: bool) -> usize {
         let found = scene.images.get(image);
         let key = if found.is_some() { (image, is_srgb) } else { (usize::MAX, true) };
@@ -79,7 +80,7 @@ impl Materials {
         self.textures.len() as u32
     }
 
-    /// The resource that a material binds under a name.
+    /// The resource that a material binds under a name of the shader interface; `None` for an unknown name or material.
     pub(super) fn binding(&self, material: u32, name: &str) -> Option<wgpu::BindingResource<'_>> {
         let textures = self.textures.get(material as usize)?;
         let block = |buffer, size: u32| {
@@ -102,7 +103,7 @@ impl Materials {
     }
 }
 
-/// The blocks of all materials in one buffer.
+/// Creates a uniform buffer with one block for each material, [`BLOCK_STRIDE`] bytes apart.
 fn uniforms<T: bytemuck::Pod>(
     device: &wgpu::Device,
     scene: &Scene,

@@ -46,9 +46,10 @@ pub struct SceneResources {
     objects: Objects,
     skinning: Skinning,
     items: Vec<Item>,
-    /// The pose that the buffers hold, and how often it has moved a draw.
+    /// The pose in the buffers, and the number of updates that have moved a draw.
     pose: (Pose, u64),
-    /// Transparent items of the view being drawn with their distance, kept to be used again.
+    /// Scratch list for sorting the draws of a view: sort key (view depth in metres) and index of the item. Kept to
+    /// avoid allocations.
     sorted: Mutex<Vec<(f64, u32)>>,
     rays: Rays,
 }
@@ -60,10 +61,10 @@ impl std::fmt::Debug for SceneResources {
 }
 
 impl SceneResources {
-    /// Uploads a scene as it stands in a pose.
+    /// Uploads a scene in a pose.
     ///
     /// # Errors
-    /// Diagnostics where the scene needs larger buffers than the device has.
+    /// Diagnostics if the scene needs larger buffers than the device supports.
     pub fn new(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
@@ -91,14 +92,13 @@ impl SceneResources {
         Ok(resources)
     }
 
-    /// Writes what has changed since the last pose: draws that can move, and skinned vertices. The scene must be the
-    /// one that was uploaded. Call it once in each frame, of a scene at rest too: the pose of the call before is the
-    /// previous one of motion vectors.
+    /// Uploads the changes since the last pose: transforms of draws that can move, and skinned or morphed vertices.
+    /// `scene` must be the uploaded scene. Call this once in each frame, also for a scene at rest: the pose of the last
+    /// call is the previous one of motion vectors.
     ///
-    /// Command buffers that are submitted later draw the new pose, whether they are recorded already or not; those
-    /// submitted before have drawn the old one. Where joints have moved skinned meshes, their vertices are moved by
-    /// compute dispatches, in a command buffer that is submitted here. A device without compute stage, or with fewer
-    /// than four storage buffers in it, leaves that to the processor.
+    /// Command buffers submitted later draw the new pose, even if they were recorded before this call. Skinned vertices
+    /// are computed by compute dispatches in a command buffer submitted here. The CPU computes them if the device has
+    /// no compute stage, or fewer than four storage buffers in that stage.
     pub fn update(&mut self, queue: &wgpu::Queue, scene: &Scene, pose: &Pose) {
         let (held, moves) = &mut self.pose;
         self.objects.write_motion(queue, scene, held);

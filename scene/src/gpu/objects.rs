@@ -9,7 +9,7 @@ use crate::interface::{BLOCK_STRIDE, MotionBlock, ObjectBlock};
 use crate::pose::Pose;
 use crate::scene::{Draw, Scene};
 
-/// The blocks of all draws, in the order of the scene.
+/// The uniform buffers with the transforms of all draws, in the order of [`Scene::draws_of_all_details`].
 pub(super) struct Objects {
     places: wgpu::Buffer,
     motions: wgpu::Buffer,
@@ -29,7 +29,8 @@ impl Objects {
         Self { places: buffer("scene objects"), motions: buffer("scene motions") }
     }
 
-    /// One block by its name; a dynamic offset moves it to the others.
+    /// The binding of the first block of a buffer by its name; a dynamic offset selects the block of a draw. `None` for
+    /// an unknown name.
     pub(super) fn binding(&self, name: &str) -> Option<wgpu::BindingResource<'_>> {
         let (buffer, size) = match name {
             "object" => (&self.places, ObjectBlock::SIZE),
@@ -40,24 +41,24 @@ impl Objects {
         Some(wgpu::BindingResource::Buffer(wgpu::BufferBinding { buffer, offset: 0, size }))
     }
 
-    /// Writes where all draws stand in a pose, at rest.
+    /// Writes the transforms of all draws for a pose, with the same pose as the previous one.
     pub(super) fn write_all(&self, queue: &wgpu::Queue, scene: &Scene, pose: &Pose) {
         write_whole(queue, &self.places, scene, |draw| block(draw, pose));
         write_whole(queue, &self.motions, scene, |draw| motion(draw, pose));
     }
 
-    /// Writes where the draws that can move stand in a pose.
+    /// Writes the transforms of the draws that can move for a pose.
     pub(super) fn write_dynamic(&self, queue: &wgpu::Queue, scene: &Scene, pose: &Pose) {
         write_moving(queue, &self.places, scene, |draw| block(draw, pose));
     }
 
-    /// Writes where the draws that can move stood in the pose before.
+    /// Writes the previous transforms of the draws that can move.
     pub(super) fn write_motion(&self, queue: &wgpu::Queue, scene: &Scene, previous: &Pose) {
         write_moving(queue, &self.motions, scene, |draw| motion(draw, previous));
     }
 }
 
-/// Writes the block of each draw.
+/// Writes the blocks of all draws to a buffer.
 fn write_whole<T: bytemuck::Pod>(
     queue: &wgpu::Queue,
     buffer: &wgpu::Buffer,
@@ -74,7 +75,7 @@ fn write_whole<T: bytemuck::Pod>(
     }
 }
 
-/// Writes the block of each draw that can move.
+/// Writes the blocks of the draws that can move to a buffer.
 fn write_moving<T: bytemuck::Pod>(
     queue: &wgpu::Queue,
     buffer: &wgpu::Buffer,
@@ -87,7 +88,8 @@ fn write_moving<T: bytemuck::Pod>(
     }
 }
 
-/// The matrix from the space of a draw's vertices to the world. Skinned vertices are in the world already.
+/// The matrix from the space of a draw's vertices to the world: identity for skinned draws, whose vertices are in world
+/// space.
 pub(super) fn world_from_object(draw: Draw, pose: &Pose) -> DMat4 {
     if draw.skin.is_some() { DMat4::IDENTITY } else { pose.world(draw.node) }
 }

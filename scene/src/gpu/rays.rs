@@ -13,7 +13,7 @@ use crate::pose::Pose;
 use crate::scene::{Draw, Scene};
 use crate::trace::PackedScene;
 
-/// The buffer, from the first record on that asks for it.
+/// The buffer of triangles for ray tracing, created when a plan first imports it.
 pub(super) struct Rays {
     device: wgpu::Device,
     scene: Scene,
@@ -30,7 +30,8 @@ impl Rays {
         Self { device: device.clone(), scene: scene.clone(), made: OnceLock::new() }
     }
 
-    /// The buffer by its name, made for a pose when it is first asked for.
+    /// The buffer for ray tracing, created for `pose` on first use. `None` if `name` is not [`BUFFER`]; an error
+    /// message if it is too large.
     pub(super) fn buffer(&self, name: &str, pose: &Pose) -> Option<Result<&wgpu::Buffer, String>> {
         if name != BUFFER {
             return None;
@@ -39,7 +40,7 @@ impl Rays {
         Some(made.as_ref().map(|made| &made.buffer).map_err(Clone::clone))
     }
 
-    /// Follows what has moved, if the buffer is in use.
+    /// Updates the buffer with the draws that have moved, if it has been created.
     pub(super) fn follow(&mut self, queue: &wgpu::Queue, pose: &Pose, moved: impl Fn(Draw) -> bool) {
         if let Some(Ok(Made { packed, buffer })) = self.made.get_mut() {
             packed.follow(&self.scene, pose, moved);

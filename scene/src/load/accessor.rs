@@ -12,13 +12,13 @@ use gltf::json::{Index, Root, buffer};
 use super::report::Report;
 use crate::codes;
 
-/// A component as decoded.
+/// The type of a decoded accessor component.
 pub(super) trait Component: Copy + Default + Into<f64> {
-    /// The component types of the file that can become this one, in words.
+    /// The accepted component types of the file, as words for a diagnostic.
     const ACCEPTED: &'static str;
-    /// Whether the component type of the file can become this one.
+    /// Returns `true` if components of this type in the file can be decoded to `Self`.
     fn accepts(kind: ComponentType) -> bool;
-    /// The component at the start of `bytes`, which are enough.
+    /// Decodes the component at the start of `bytes`, which must be long enough; otherwise returns zero.
     fn decode(kind: ComponentType, normalized: bool, bytes: &[u8]) -> Self;
 }
 
@@ -59,22 +59,22 @@ impl Component for u32 {
     }
 }
 
-/// The accessors of a document and the bytes that they look into.
+/// The accessors of a document and the buffers that they read.
 pub(super) struct Accessors<'a> {
     pub(super) root: &'a Root,
-    /// The buffers; `None` for one that is missing or too short.
+    /// The bytes of each buffer; `None` for a buffer that is missing or too short.
     pub(super) buffers: &'a [Option<Vec<u8>>],
 }
 
-/// A range of elements whose every byte exists.
+/// The bytes of a strided range of elements, checked to lie inside its buffer view.
 struct Elements<'a> {
     bytes: &'a [u8],
     stride: usize,
 }
 
 impl Accessors<'_> {
-    /// The elements of an accessor, `N` components each; `None` after a diagnostic, which names the accessor's use `at`
-    /// as a JSON pointer.
+    /// Reads the elements of an accessor, with `N` components each. `at` is the JSON pointer of the property that
+    /// references the accessor. Returns `None` after a diagnostic.
     pub(super) fn read<T: Component, const N: usize>(
         &self,
         index: usize,
@@ -159,7 +159,8 @@ impl Accessors<'_> {
         Some(())
     }
 
-    /// The bytes of `count` elements of `size` bytes in a view, from `offset` on.
+    /// The bytes of `count` elements of `size` bytes in a buffer view, from byte `offset` on. `None` after a
+    /// diagnostic.
     #[allow(clippy::too_many_arguments)]
     fn elements(
         &self,
@@ -189,7 +190,7 @@ impl Accessors<'_> {
         Some(Elements { bytes, stride })
     }
 
-    /// The bytes of a view.
+    /// The bytes of a buffer view; `None` after a diagnostic.
     pub(super) fn view(&self, index: usize, at: &str, report: &mut Report) -> Option<&[u8]> {
         let view = report.lookup(&self.root.buffer_views, index, "bufferView", at)?;
         report.lookup(

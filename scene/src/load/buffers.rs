@@ -7,7 +7,8 @@ use super::report::Report;
 use super::resource::{Resolver, resolve_of};
 use crate::codes;
 
-/// The bytes of each buffer, cut to its declared length; `None` after a diagnostic.
+/// Reads the bytes of each buffer, cut to its declared length; `None` for a buffer that cannot be read, after a
+/// diagnostic.
 pub(super) fn read(
     root: &Root,
     binary: Option<&[u8]>,

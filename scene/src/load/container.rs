@@ -13,13 +13,13 @@ use crate::codes;
 const HEADER_BYTES: usize = 12;
 const CHUNK_HEADER_BYTES: usize = 8;
 
-/// The parts of a scene file.
+/// The parsed JSON document and the binary chunk of a scene file; `None` for a file without the chunk.
 pub(super) struct Container<'a> {
     pub(super) root: Root,
     pub(super) binary: Option<&'a [u8]>,
 }
 
-/// Splits and parses a file; `None` after a diagnostic.
+/// Splits a file into JSON and binary chunk, and parses the JSON; `None` after a diagnostic.
 pub(super) fn open<'a>(bytes: &'a [u8], report: &mut Report) -> Option<Container<'a>> {
     let (json, binary) = if bytes.starts_with(b"glTF") { split(bytes, report)? } else { (bytes, None) };
     let objects = json.iter().filter(|byte| **byte == b'{').count();
@@ -123,7 +123,7 @@ fn parse(json: &[u8], report: &mut Report) -> Option<Root> {
     }
 }
 
-/// A path of serde as a JSON pointer.
+/// Converts the path of a deserialization error to a JSON pointer.
 fn pointer(path: &serde_path_to_error::Path) -> String {
     use serde_path_to_error::Segment;
     let segment = |segment: &Segment| match segment {
@@ -134,7 +134,7 @@ fn pointer(path: &serde_path_to_error::Path) -> String {
     path.iter().map(segment).collect()
 }
 
-/// Extensions that a document may require.
+/// The glTF extensions that a document may list in `extensionsRequired`.
 const EXTENSIONS: [&str; 8] = [
     "KHR_lights_punctual",
     "KHR_materials_emissive_strength",

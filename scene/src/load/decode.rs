@@ -14,7 +14,7 @@ use zune_jpeg::zune_core::options::DecoderOptions;
 
 use super::jpeg::without_metadata;
 
-/// Why an image cannot be decoded.
+/// The reason for a failure to decode an image.
 #[derive(Debug, Error)]
 pub(super) enum DecodeError {
     #[error("its first bytes are those of neither PNG nor JPEG")]
@@ -25,12 +25,12 @@ pub(super) enum DecodeError {
     Jpeg(#[from] zune_jpeg::errors::DecodeErrors),
     #[error("a JPEG of {0} channels is neither grey nor RGB, YCbCr or CMYK")]
     Channels(u8),
-    /// A defect of the decoder.
+    /// The JPEG decoder panicked.
     #[error("the JPEG decoder failed")]
     Panic,
 }
 
-/// An image whose header was read.
+/// An encoded image after its header has been read.
 pub(super) enum Encoded<'a> {
     Png(Box<png::Reader<Cursor<&'a [u8]>>>),
     Jpeg(Box<zune_jpeg::JpegDecoder<ZCursor<Vec<u8>>>>),
@@ -62,7 +62,7 @@ impl<'a> Encoded<'a> {
         Err(DecodeError::Format)
     }
 
-    /// Width and height, in texels.
+    /// The width and height of the image, in texels.
     pub(super) fn size(&self) -> (u32, u32) {
         match self {
             Self::Png(reader) => reader.info().size(),
@@ -73,7 +73,7 @@ impl<'a> Encoded<'a> {
         }
     }
 
-    /// The texels, four bytes each, rows from the top.
+    /// Decodes the texels: four bytes each (RGBA), rows from the top.
     pub(super) fn rgba(self) -> Result<Vec<u8>, DecodeError> {
         let (texels, channels) = match self {
             Self::Png(mut reader) => {

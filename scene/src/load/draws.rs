@@ -10,7 +10,8 @@ use crate::node::NodeId;
 use crate::pose::{Pose, joint_bounds};
 use crate::scene::{Draw, Scene};
 
-/// Lists the primitives of all shown nodes, parents before children.
+/// Fills the list of draws with the primitives of all shown nodes, parents before children, the finest level of detail
+/// first.
 pub(super) fn collect(scene: &mut Scene, pose: &Pose, report: &mut Report) {
     // Many nodes may show one skinned mesh: its boxes are computed once.
     let mut boxes = BTreeMap::new();
@@ -89,7 +90,7 @@ fn one(
     draw
 }
 
-/// Whether every primitive of a mesh can be moved by a skin.
+/// Returns `true` if every primitive of a mesh can be skinned with a skin; reports the reasons if not.
 fn fits(scene: &Scene, id: NodeId, mesh: usize, skin: usize, report: &mut Report) -> bool {
     let count = scene.skins[skin].joints.len();
     let mut fits = true;

@@ -5,22 +5,22 @@ use serde_json::{Map, Value};
 use super::report::Report;
 use crate::codes;
 
-/// An extension that an object of the document has.
+/// The JSON value of an extension of a glTF object.
 pub(super) struct Extension<'a> {
     value: &'a Value,
-    /// Its JSON pointer.
+    /// The JSON pointer of the extension.
     at: String,
 }
 
 impl<'a> Extension<'a> {
-    /// An extension of the object at a JSON pointer, if it has it.
+    /// Finds an extension of the object at the JSON pointer `at`; `None` if the object lacks it.
     pub(super) fn find(extensions: Option<&'a Map<String, Value>>, name: &str, at: &str) -> Option<Self> {
         let value = extensions?.get(name)?;
         Some(Self { value, at: format!("{at}/extensions/{name}") })
     }
 
-    /// The numbers of a property, `N` of them; one is written without brackets. `None` where it is absent, or after a
-    /// diagnostic.
+    /// Reads a property of `N` numbers: an array, or a plain number if `N` is 1. Returns `None` if it is absent, or
+    /// after a diagnostic.
     pub(super) fn numbers<const N: usize>(&self, property: &str, report: &mut Report) -> Option<[f32; N]> {
         let value = self.value.get(property)?;
         let list: Vec<Option<f64>> = match value {
@@ -41,7 +41,8 @@ impl<'a> Extension<'a> {
         numbers
     }
 
-    /// Reads a list of numbers that are not negative.
+    /// Reads a property of `N` numbers that must not be negative. Returns `None` if it is absent, or after a
+    /// diagnostic.
     pub(super) fn positive<const N: usize>(&self, property: &str, report: &mut Report) -> Option<[f32; N]> {
         let numbers = self.numbers::<N>(property, report)?;
         if numbers.iter().any(|number| *number < 0.0) {
@@ -57,7 +58,7 @@ impl<'a> Extension<'a> {
         Some(numbers)
     }
 
-    /// Warns of a property that is not used.
+    /// Warns of a property that is present but not supported.
     pub(super) fn left_out(&self, property: &str, report: &mut Report) {
         if self.value.get(property).is_some() {
             let at = format!("{}/{property}", self.at);

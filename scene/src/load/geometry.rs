@@ -16,10 +16,10 @@ use crate::mesh::{
 };
 use crate::morph::MorphTarget;
 
-/// The bytes of a vertex that tangents split: position, normal, texture coordinates and details.
+/// The bytes of one vertex that is duplicated for tangents: position, normal, texture coordinates and details.
 const BYTES_OF_SPLIT: u64 = 80;
 
-/// All meshes; primitives that are no triangles are left out with a warning.
+/// Reads all meshes. Primitives of points or lines are left out with a warning.
 pub(super) fn read(accessors: &Accessors<'_>, materials: &[Material], report: &mut Report) -> Vec<Mesh> {
     let mut meshes = Vec::with_capacity(accessors.root.meshes.len());
     for (index, json) in accessors.root.meshes.iter().enumerate() {
@@ -215,14 +215,14 @@ impl Reader<'_> {
         Some(primitive)
     }
 
-    /// The index of the material, glTF's default material where there is none.
+    /// The index of the primitive's material; the index of the default material if the primitive has none.
     fn material(&self, report: &mut Report) -> usize {
         let materials = &self.accessors.root.materials;
         let at = format!("{}/material", self.at);
         report.index(materials, self.json.material, "material", &at).unwrap_or(materials.len())
     }
 
-    /// The maps of a material, by name.
+    /// The maps of a material, each with its name for diagnostics; empty if the material does not exist.
     fn maps(&self, material: usize) -> Vec<(&'static str, Map)> {
         let Some(material) = self.materials.get(material) else { return Vec::new() };
         let maps = [
@@ -235,7 +235,7 @@ impl Reader<'_> {
         maps.into_iter().filter_map(|(name, map)| Some((name, map?))).collect()
     }
 
-    /// Warns of the first map whose texture coordinates the primitive does not have.
+    /// Warns of the first map whose texture coordinate set the primitive lacks.
     fn check_texcoords(&self, maps: &[(&str, Map)], sets: &[Option<Vec<[f32; 2]>>; 2], report: &mut Report) {
         let lacks = |map: &Map| sets.get(map.set as usize).is_none_or(Option::is_none);
         if let Some((name, map)) = maps.iter().find(|(_, map)| lacks(map)) {
@@ -246,8 +246,8 @@ impl Reader<'_> {
         }
     }
 
-    /// The colours of vertices with alpha, which some files leave out; `Some(None)` where there are none, `None` after
-    /// a diagnostic.
+    /// Reads the vertex colours; alpha is 1 if the file has RGB only. `Some(None)` if the primitive has no colours,
+    /// `None` after a diagnostic.
     fn colors(&self, report: &mut Report) -> Option<Option<Vec<[f32; 4]>>> {
         let semantic = Semantic::Colors(0);
         let accessor = self.json.attributes.get(&Checked::Valid(semantic.clone()));
@@ -267,7 +267,7 @@ impl Reader<'_> {
         Some(colors.map(clamped))
     }
 
-    /// An attribute; `Some(None)` where the primitive does not have it, `None` after a diagnostic.
+    /// Reads a vertex attribute. `Some(None)` if the primitive does not have it, `None` after a diagnostic.
     fn attribute<T: Component, const N: usize>(
         &self,
         semantic: &Semantic,
@@ -290,7 +290,8 @@ impl Reader<'_> {
         Some(Some(values))
     }
 
-    /// Whether an attribute of a length goes with the positions, as far as both are known.
+    /// Returns `true` if an attribute has as many elements as there are positions, or if one of the two is unknown.
+    /// Reports a mismatch.
     fn fits(
         &self,
         name: &str,
@@ -310,7 +311,7 @@ impl Reader<'_> {
         length == positions.len()
     }
 
-    /// The indices; `Some(None)` where the primitive has none, `None` after a diagnostic.
+    /// Reads the vertex indices. `Some(None)` if the primitive has none, `None` after a diagnostic.
     fn indices(&self, report: &mut Report) -> Option<Option<Vec<u32>>> {
         let Some(accessor) = self.json.indices else { return Some(None) };
         let at = format!("{}/indices", self.at);
@@ -319,13 +320,13 @@ impl Reader<'_> {
     }
 }
 
-/// The length of an attribute that was read.
+/// The number of elements of an attribute; `None` if it is absent or could not be read.
 fn length<T>(attribute: &Option<Option<Vec<T>>>) -> Option<usize> {
     attribute.as_ref()?.as_ref().map(Vec::len)
 }
 
-/// Joints and weights with weights that add up to 1. A vertex that no joint moves moves with its first joint. Joints
-/// beyond `u16` are kept beyond every skin, where they are found.
+/// Combines joints and weights, and normalizes the weights to a sum of 1. A vertex without a usable weight follows its
+/// first joint. Joint indices too large for `u16` become `u16::MAX`, which a later check rejects for every skin.
 fn join(joints: &[[u32; 4]], weights: &[[f32; 4]]) -> JointWeights {
     let joints =
         joints.iter().map(|four| four.map(|joint| u16::try_from(joint).unwrap_or(u16::MAX))).collect();
@@ -337,7 +338,7 @@ fn join(joints: &[[u32; 4]], weights: &[[f32; 4]]) -> JointWeights {
     JointWeights { joints, weights: weights.iter().map(normalized).collect() }
 }
 
-/// The primitive with its triangles taken apart and a flat normal on each.
+/// Returns the primitive with three separate vertices and a flat normal for each triangle.
 fn with_flat_normals(shared: &Primitive) -> Primitive {
     fn gather<T: Copy>(values: &[T], indices: &[u32]) -> Vec<T> {
         indices.iter().filter_map(|index| values.get(*index as usize).copied()).collect()

@@ -15,13 +15,13 @@ use crate::node::{LocalTransform, Node, NodeId};
 use crate::scene::Scene;
 use umbragraph_pipeline::diagnostic::way_of;
 
-/// The nodes and the order, parents before children.
+/// All nodes, and their order with parents before children.
 pub(super) struct Hierarchy {
     pub(super) nodes: Vec<Node>,
     pub(super) order: Vec<NodeId>,
 }
 
-/// Reads the nodes; `None` after a diagnostic that leaves no hierarchy.
+/// Reads the nodes; `None` after a diagnostic if the nodes are not a forest of trees.
 pub(super) fn read(root: &Root, report: &mut Report) -> Option<Hierarchy> {
     let mut nodes = Vec::with_capacity(root.nodes.len());
     for (index, json) in root.nodes.iter().enumerate() {
@@ -68,7 +68,7 @@ pub(super) fn read(root: &Root, report: &mut Report) -> Option<Hierarchy> {
     Some(Hierarchy { nodes, order: order.into_iter().map(|index| NodeId(index as u32)).collect() })
 }
 
-/// Depth first, children in the order of the file.
+/// Lists the nodes reachable from `starts` depth first, parents before children, each node once.
 fn walk(root: &Root, mut starts: Vec<usize>) -> Vec<usize> {
     starts.reverse();
     let (mut stack, mut order, mut seen) = (starts, Vec::new(), vec![false; root.nodes.len()]);
@@ -86,7 +86,7 @@ fn walk(root: &Root, mut starts: Vec<usize>) -> Vec<usize> {
     order
 }
 
-/// Names the members of every cycle: going up from an unreached node ends in one, or where an earlier trail went.
+/// Reports the members of every cycle. Following parents from a node that no root reaches ends in a cycle.
 fn report_cycle(nodes: &[Node], reached: &[usize], report: &mut Report) {
     let mut done = vec![false; nodes.len()];
     reached.iter().for_each(|index| done[*index] = true);
@@ -123,7 +123,7 @@ fn report_members(mut members: Vec<usize>, report: &mut Report) {
     report.error(codes::NOT_A_TREE, &at, message, "take one of them out of the children of the other");
 }
 
-/// The roots of the scene that the document shows: the default one, else the first, else all nodes without a parent.
+/// The roots of the scene to draw: the default scene, else the first scene, else all nodes without a parent.
 fn shown_roots(root: &Root, report: &mut Report) -> Vec<usize> {
     let index = root.scene.map_or(0, |scene| scene.value());
     let scene = match root.scene {
@@ -159,7 +159,7 @@ fn one(root: &Root, index: usize, json: &JsonNode, report: &mut Report) -> Node 
     }
 }
 
-/// The weights of the morph targets of a node's mesh: the node's own, or the mesh's.
+/// The morph weights of a node: its own if valid, else those of its mesh, else zeros.
 fn weights(
     root: &Root,
     json: &JsonNode,
@@ -223,7 +223,7 @@ fn local(index: usize, json: &JsonNode, at: &str, report: &mut Report) -> LocalT
     }
 }
 
-/// Marks the nodes that the first animation moves, and all below them.
+/// Marks the nodes that the first animation moves, and all their descendants.
 pub(super) fn mark_animated(scene: &mut Scene) {
     for channel in scene.animations.first().iter().flat_map(|animation| &animation.channels) {
         scene.nodes[channel.node.index()].animated = true;

@@ -18,8 +18,8 @@ use super::resource::{Resolver, resolve_of};
 use crate::codes;
 use crate::texture::{Image, Sampler, Texture};
 
-/// The images and textures behind the document's textures `wanted`; one texture for each, in that order. A texture
-/// whose image cannot be read gets another one after a diagnostic: no scene comes of it.
+/// Reads the textures with the indices `wanted` and decodes their images. Returns one texture for each valid index, in
+/// that order. A texture whose image cannot be read refers to another image, after an error that makes loading fail.
 pub(super) fn read(
     accessors: &Accessors<'_>,
     wanted: &[usize],
@@ -56,15 +56,15 @@ pub(super) fn read(
     (images, textures)
 }
 
-/// The source of an image's bytes.
+/// The source of an image's encoded bytes.
 #[derive(Clone, PartialEq, Eq, PartialOrd, Ord)]
 enum Source {
     File(String),
-    /// A buffer, the first byte and the number of bytes.
+    /// A range of a buffer: index of the buffer, byte offset, and number of bytes.
     View(usize, u64, u64),
 }
 
-/// The decoded images, and for each buffer the bytes already counted as image data.
+/// The index of each decoded image by its source, and for each buffer the bytes already counted as image data.
 #[derive(Default)]
 struct Sources {
     decoded: BTreeMap<Source, usize>,
@@ -72,7 +72,7 @@ struct Sources {
 }
 
 impl Sources {
-    /// The source of an image of the document.
+    /// The source of an image of the document; `None` if the image or its buffer view does not exist.
     fn of(&self, accessors: &Accessors<'_>, image: usize) -> Option<Source> {
         let json = accessors.root.images.get(image)?;
         if let Some(uri) = &json.uri {
@@ -82,7 +82,8 @@ impl Sources {
         Some(Source::View(view.buffer.value(), view.byte_offset.unwrap_or_default().0, view.byte_length.0))
     }
 
-    /// The bytes of an image that no other image has counted: those of a whole buffer once, in whatever views.
+    /// The number of an image's bytes that count towards the budget. The bytes of a buffer count at most once, even if
+    /// several images share them.
     fn new_bytes(&mut self, accessors: &Accessors<'_>, image: usize, bytes: usize) -> usize {
         match self.of(accessors, image) {
             Some(Source::View(buffer, ..)) => {

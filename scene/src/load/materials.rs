@@ -12,14 +12,14 @@ use super::report::Report;
 use crate::codes;
 use crate::material::{AlphaMode, DEFAULT_F0, Map, Material};
 
-/// The alpha below which masked surfaces have holes, where the file does not say.
+/// The default alpha cutoff of alpha-masked materials.
 const DEFAULT_CUTOFF: f32 = 0.5;
 
-/// The most by which `KHR_materials_emissive_strength` can multiply emission; colours have 16 bits.
+/// The maximum of each emissive colour channel after `KHR_materials_emissive_strength`: the largest 16-bit float.
 const MAX_EMISSION: f32 = 65_504.0;
 
-/// The materials with the default one added last, and the indices (in the document) of the textures that they use: the
-/// textures of maps are indices into that second list.
+/// Reads the materials, with the default material added last, and the document indices of the textures in use.
+/// [`Map::texture`] is an index into that second list.
 pub(super) fn read(root: &Root, report: &mut Report) -> (Vec<Material>, Vec<usize>) {
     let mut textures = Textures { root, list: Vec::new(), places: BTreeMap::new() };
     let mut materials = Vec::with_capacity(root.materials.len() + 1);
@@ -30,14 +30,14 @@ pub(super) fn read(root: &Root, report: &mut Report) -> (Vec<Material>, Vec<usiz
     (materials, textures.list)
 }
 
-/// The textures in use, each once, in the order of their first use.
+/// Collects the textures in use, each once, in the order of their first use.
 struct Textures<'a> {
     root: &'a Root,
     list: Vec<usize>,
     places: BTreeMap<usize, usize>,
 }
 
-/// A texture as a material names it, at a JSON pointer.
+/// A reference to a texture in a material: texture index, coordinate set and extensions.
 struct Named<'a> {
     index: usize,
     set: u32,
@@ -52,7 +52,8 @@ impl<'a> Named<'a> {
 }
 
 impl Textures<'_> {
-    /// The map of a texture that a material names at a JSON pointer.
+    /// Converts a texture reference at the JSON pointer `at` to a map. `None` if there is no texture, or after a
+    /// diagnostic.
     fn map(&mut self, named: Option<Named<'_>>, at: &str, report: &mut Report) -> Option<Map> {
         let Named { index, mut set, extensions } = named?;
         report.lookup(&self.root.textures, index, "texture", &format!("{at}/index"))?;
@@ -166,7 +167,8 @@ fn one(index: usize, json: &JsonMaterial, textures: &mut Textures<'_>, report: &
     }
 }
 
-/// Reflectance of a material's dielectric at normal and at grazing incidence, by the formulas of the extensions.
+/// The reflectance of the dielectric at normal (f0) and grazing (f90) incidence, by the formulas of `KHR_materials_ior`
+/// and `KHR_materials_specular`.
 fn reflectance(extensions: Option<&Object<String, Value>>, at: &str, report: &mut Report) -> ([f32; 3], f32) {
     let mut normal = DEFAULT_F0;
     if let Some(ior) = Extension::find(extensions, "KHR_materials_ior", at) {

@@ -51,7 +51,8 @@ use crate::scene::Scene;
 use accessor::Accessors;
 use report::Report;
 
-/// Loads a `.glb` or `.gltf` file, with the buffers and images that lie below its folder or the working folder.
+/// Loads a `.glb` or `.gltf` file. Its buffers and images must lie below the folder of the file or below the working
+/// folder.
 ///
 /// # Errors
 /// All diagnostics of the file, at least one of them an error.
@@ -59,7 +60,7 @@ pub fn load(path: &Path) -> Result<Scene, Diagnostics> {
     load_below(path, Roots::of(path))
 }
 
-/// Loads a `.glb` or `.gltf` file, with the buffers and images below other folders.
+/// Loads a `.glb` or `.gltf` file. Its buffers and images must lie below one of `roots`.
 ///
 /// # Errors
 /// All diagnostics of the file, at least one of them an error.
@@ -87,8 +88,8 @@ pub fn load_below(path: &Path, roots: Roots) -> Result<Scene, Diagnostics> {
     }
 }
 
-/// Loads a scene from the bytes of a `.glb` or `.gltf` file. Diagnostics call it `name`; what the document names by a
-/// relative URI comes from `resolver`.
+/// Loads a scene from the bytes of a `.glb` or `.gltf` file. `name` is the name of the scene in diagnostics. `resolver`
+/// reads buffers and images that the document references by a relative URI.
 ///
 /// # Errors
 /// All diagnostics of the file, at least one of them an error.

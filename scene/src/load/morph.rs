@@ -10,12 +10,12 @@ use crate::codes;
 use crate::mesh::bounds_of;
 use crate::morph::{MAX_WEIGHT, MorphTarget};
 
-/// The number of morph targets of a mesh.
+/// The number of morph targets of a mesh: the maximum of its primitives.
 pub(super) fn targets(mesh: &JsonMesh) -> usize {
     mesh.primitives.iter().filter_map(|primitive| primitive.targets.as_ref()).map(Vec::len).max().unwrap_or(0)
 }
 
-/// Checks that there is a weight for each target.
+/// Returns `true` if there is one valid weight for each morph target; reports the reason if not.
 pub(super) fn check_weights(
     weights: &[f32],
     targets: usize,
@@ -37,7 +37,8 @@ pub(super) fn check_weights(
     broken.is_none()
 }
 
-/// The targets of a primitive with so many vertices.
+/// Reads the morph targets of a primitive with `count` vertices. Displacements that cannot be read are left empty, with
+/// a diagnostic.
 pub(super) fn read(
     accessors: &Accessors<'_>,
     json: &[JsonTarget],

@@ -22,7 +22,7 @@ fn shown(scene: &Scene) -> Vec<NodeId> {
     scene.order.iter().copied().filter(|id| scene.node(*id).shown).collect()
 }
 
-/// Reads the cameras of the shown nodes.
+/// Adds the cameras of the shown nodes to the scene.
 pub(super) fn cameras(root: &Root, scene: &mut Scene, pose: &Pose, report: &mut Report) {
     for node in shown(scene) {
         let Some(index) = root.nodes[node.index()].camera else { continue };
@@ -57,7 +57,7 @@ pub(super) fn cameras(root: &Root, scene: &mut Scene, pose: &Pose, report: &mut 
     }
 }
 
-/// Finds what stands farther from the origin than geometry may lie.
+/// Returns `true`, after a diagnostic, if an object stands farther from the origin than [`MAX_DISTANCE`].
 fn is_out_of_reach(world: &DMat4, noun: &str, at: &str, report: &mut Report) -> bool {
     let farthest = world.w_axis.truncate().abs().max_element();
     let is_near = farthest <= MAX_DISTANCE;
@@ -94,7 +94,7 @@ fn projection(json: &gltf::json::Camera, at: &str, report: &mut Report) -> Optio
     found
 }
 
-/// Reads the lights of the shown nodes.
+/// Adds the lights of the shown nodes to the scene.
 pub(super) fn lights(root: &Root, scene: &mut Scene, pose: &Pose, report: &mut Report) {
     let list: &[JsonLight] = root.as_ref();
     for node in shown(scene) {
@@ -130,7 +130,7 @@ pub(super) fn lights(root: &Root, scene: &mut Scene, pose: &Pose, report: &mut R
     }
 }
 
-/// Reads a value from the extras of the node, or else from those of the light; both are checked.
+/// Reads a value from the extras of the node and of the light; the node has priority.
 fn stronger<T>(extras: &[ObjectExtras; 2], read: impl FnMut(&ObjectExtras) -> Option<T>) -> Option<T> {
     extras.each_ref().map(read).into_iter().flatten().next()
 }

@@ -7,16 +7,16 @@ use umbragraph_pipeline::diagnostic::{Code, Diagnostic, Diagnostics, Severity};
 use super::limits::{FREE_DECODED_BYTES, MAX_DECODED_BYTES, MAX_DIAGNOSTICS};
 use crate::codes;
 
-/// Collects the diagnostics of one file, and counts what has been decoded.
+/// Collects the diagnostics of one file, and counts the decoded bytes against a budget.
 pub(super) struct Report {
     file: String,
     errors: Diagnostics,
     warnings: Diagnostics,
     unlisted: usize,
     decoded_bytes: u64,
-    /// The budget of decoded bytes for the bytes read so far.
+    /// The maximum number of decoded bytes, given the bytes read so far.
     allowed_bytes: u64,
-    /// The fallback that warnings name, while problems are warnings and no errors.
+    /// While set, errors are reported as warnings that name this fallback.
     instead: Option<&'static str>,
 }
 
@@ -51,7 +51,7 @@ impl Report {
         self.errors.push(Diagnostic::in_file(code, &*self.file, at, message).help(help));
     }
 
-    /// Reports an error after which loading cannot continue.
+    /// Reports an error and returns `None`, for use as the result of the caller.
     pub(super) fn reject<T>(
         &mut self,
         code: Code,
@@ -76,7 +76,7 @@ impl Report {
         }
     }
 
-    /// Reads an optional part: its errors become warnings that name the fallback `instead`.
+    /// Runs `read` for an optional part of the file. Its errors become warnings that name the fallback `instead`.
     pub(super) fn optional<T>(&mut self, instead: &'static str, read: impl FnOnce(&mut Self) -> T) -> T {
         let outer = self.instead.replace(instead);
         let result = read(self);
@@ -88,13 +88,13 @@ impl Report {
         !self.errors.is_empty()
     }
 
-    /// Adds to the budget what may be decoded for bytes that were read.
+    /// Raises the budget by `decoded_per_byte` for each of `bytes` bytes that were read.
     pub(super) fn allow(&mut self, bytes: usize, decoded_per_byte: u64) {
         let allowed = (bytes as u64).saturating_mul(decoded_per_byte);
         self.allowed_bytes = self.allowed_bytes.saturating_add(allowed);
     }
 
-    /// Charges `bytes` to the budget. Reports and returns `false` if too few are left.
+    /// Charges `bytes` decoded bytes to the budget. Reports an error and returns `false` if too few are left.
     pub(super) fn charge(&mut self, bytes: u64, at: &str) -> bool {
         let total = self.decoded_bytes.saturating_add(bytes);
         let max = self.allowed_bytes.min(MAX_DECODED_BYTES);
@@ -114,7 +114,7 @@ impl Report {
         true
     }
 
-    /// The element `index` of a list of the document; says so where it does not exist.
+    /// The element `index` of a list of the document; `None` after a diagnostic if it does not exist.
     pub(super) fn lookup<'a, T>(
         &mut self,
         list: &'a [T],
@@ -138,7 +138,8 @@ impl Report {
         found
     }
 
-    /// An index into a list of the document; says so where it leads nowhere.
+    /// The value of an index into a list of the document. `None` if there is no index, or after a diagnostic if its
+    /// element does not exist.
     pub(super) fn index<T, U>(
         &mut self,
         list: &[T],
@@ -150,7 +151,7 @@ impl Report {
         self.lookup(list, index, noun, at).map(|_| index)
     }
 
-    /// The value of a property, if glTF knows it; says so where it does not.
+    /// The value of an enumerated property; `None` after a diagnostic if glTF does not define the value.
     pub(super) fn known<T: Copy>(
         &mut self,
         value: &Checked<T>,
@@ -164,7 +165,7 @@ impl Report {
         }
     }
 
-    /// The diagnostics: errors where there is any, else the warnings.
+    /// Returns the warnings as `Ok` if there are no errors, else the errors followed by the warnings as `Err`.
     pub(super) fn finish(mut self) -> Result<Diagnostics, Diagnostics> {
         if self.errors.is_empty() {
             return Ok(self.warnings);

@@ -13,45 +13,45 @@ use umbragraph_pipeline::diagnostic::Code;
 use super::limits::MAX_FILE_BYTES;
 use super::report::Report;
 
-/// Why a URI did not become bytes.
+/// The reason for a failure to read the bytes of a URI.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ResolveError {
-    /// There is nothing under this name.
+    /// No file has this name.
     #[error("{0:?} does not exist")]
     NotFound(String),
-    /// There is something, but it cannot be read.
+    /// The file exists but cannot be read.
     #[error("{name:?} cannot be read: {reason}")]
     Unreadable {
-        /// The name, as the document has it.
+        /// The name of the file, as the document gives it.
         name: String,
         /// The error message of the operating system.
         reason: String,
     },
-    /// It lies outside of the folders that may be read.
+    /// The file lies outside the folders that may be read.
     #[error("{0:?} is outside of the folders that may be read")]
     Outside(String),
-    /// It is larger than [`MAX_FILE_BYTES`].
+    /// The file is larger than [`MAX_FILE_BYTES`].
     #[error("{0:?} is larger than a scene file may be")]
     TooLarge(String),
-    /// The URI has a scheme or is absolute.
+    /// The URI is not a relative path: it has a scheme or is absolute.
     #[error("{0:?} is not a relative path")]
     NotRelative(String),
-    /// A `data:` URI that is not base64.
+    /// A `data:` URI has no valid base64 data.
     #[error("the data URI is not valid base64")]
     BrokenData,
-    /// Names cannot be resolved at all.
+    /// The resolver reads no files, but the document references one by this name.
     #[error("{0:?} is a file of its own, and this scene is read from memory alone")]
     NoFiles(String),
 }
 
-/// Turns the relative paths in a document into bytes.
+/// Reads the files that a document references by relative paths.
 pub trait Resolver {
-    /// The bytes of `path`, which is relative, percent-decoded, and has `/` between its parts.
+    /// Reads the bytes of `path`, a relative, percent-decoded path with `/` between its parts.
     fn read(&self, path: &str) -> Result<Vec<u8>, ResolveError>;
 }
 
-/// Finds nothing: for documents that carry everything themselves.
+/// A resolver that rejects all paths, for documents that contain all their data.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct NoFiles;
 
@@ -61,7 +61,8 @@ impl Resolver for NoFiles {
     }
 }
 
-/// Reads files relative to a folder, as far as they lie below some roots, links and `..` resolved.
+/// A resolver that reads files relative to a folder. A file must lie below one of the roots after links and `..` are
+/// resolved.
 #[derive(Clone, Debug)]
 pub struct Folder {
     folder: PathBuf,
@@ -69,14 +70,14 @@ pub struct Folder {
 }
 
 impl Folder {
-    /// The files of a folder and of the working folder.
+    /// Creates a resolver for the files below a folder and below the working folder.
     pub fn new(folder: impl Into<PathBuf>) -> Self {
         let folder = folder.into();
         let roots = Roots::below(&folder);
         Self { folder, roots }
     }
 
-    /// The files below other roots.
+    /// Replaces the roots below which files may lie.
     #[must_use]
     pub fn below(self, roots: Roots) -> Self {
         Self { roots, ..self }
@@ -93,7 +94,7 @@ impl Resolver for Folder {
     }
 }
 
-/// The bytes of a file of bounded size; `name` is what diagnostics call it.
+/// Reads a file of at most [`MAX_FILE_BYTES`] bytes; `name` is its name in diagnostics.
 pub(super) fn read_file(path: &Path, name: &str) -> Result<Vec<u8>, ResolveError> {
     match read_bytes(path, MAX_FILE_BYTES) {
         Ok(Some(bytes)) => Ok(bytes),
@@ -109,7 +110,7 @@ fn failed(name: &str, error: &std::io::Error) -> ResolveError {
     }
 }
 
-/// The bytes that a URI of a document stands for.
+/// Reads the bytes of a URI in a document: a `data:` URI or a relative path.
 fn resolve(uri: &str, resolver: &dyn Resolver) -> Result<Vec<u8>, ResolveError> {
     if let Some(data) = uri.strip_prefix("data:") {
         let encoded = data.split_once(";base64,").ok_or(ResolveError::BrokenData)?.1;
@@ -125,7 +126,7 @@ fn resolve(uri: &str, resolver: &dyn Resolver) -> Result<Vec<u8>, ResolveError> 
     resolver.read(&path)
 }
 
-/// Resolves the URI of an object, such as "image 3", at a place in the document; `None` after a diagnostic.
+/// Reads the bytes of the URI of an object, such as "image 3", at a JSON pointer. `None` after a diagnostic.
 pub(super) fn resolve_of(
     uri: &str,
     resolver: &dyn Resolver,
@@ -143,7 +144,7 @@ pub(super) fn resolve_of(
     }
 }
 
-/// A URI short enough to be shown.
+/// Shortens a URI to at most 80 characters and an ellipsis, for diagnostics.
 fn shortened(uri: &str) -> String {
     match uri.char_indices().nth(80) {
         Some((end, _)) => format!("{}…", &uri[..end]),

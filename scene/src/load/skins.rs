@@ -8,10 +8,10 @@ use crate::codes;
 use crate::node::NodeId;
 use crate::skin::Skin;
 
-/// The tolerance of the last row of an inverse bind matrix around 0, 0, 0, 1: rounding in exporters.
+/// The tolerance for rounding errors in the last row of an inverse bind matrix, which should be 0, 0, 0, 1.
 const AFFINE_TOLERANCE: f32 = 1e-4;
 
-/// All skins. One that cannot be read has no joints, after a diagnostic.
+/// Reads all skins. Errors are reported, and joints or matrices that cannot be read are left out.
 pub(super) fn read(accessors: &Accessors<'_>, report: &mut Report) -> Vec<Skin> {
     let root = accessors.root;
     let mut skins = Vec::with_capacity(root.skins.len());

@@ -16,13 +16,14 @@ use bevy_mikktspace::{Geometry, TangentSpace, generate_tangents};
 use crate::material::Map;
 use crate::mesh::Primitive;
 
-/// The maximum number of triangles around a vertex.
+/// The maximum number of triangles around one vertex; primitives with more get no tangents.
 const MAX_AROUND: usize = 1024;
 
-/// The largest number whose square is a number with room for sums.
+/// The exclusive limit of absolute values of coordinates, so that sums of their squares fit `f32`.
 const MAX: f32 = 1e15;
 
-/// A primitive as MikkTSpace sees it, and a tangent for each corner.
+/// The input and output of MikkTSpace: a primitive, its normal map coordinates, and a tangent for each corner of a
+/// triangle.
 struct Corners<'a> {
     primitive: &'a Primitive,
     texcoords: Vec<[f32; 2]>,
@@ -34,7 +35,8 @@ impl Corners<'_> {
         self.primitive.indices[3 * face + corner] as usize
     }
 
-    /// Whether the library takes the primitive.
+    /// Returns `true` if MikkTSpace can process the primitive: finite, moderate values and at most [`MAX_AROUND`]
+    /// triangles around a vertex.
     fn fits(&self) -> bool {
         let Primitive { positions, normals, indices, .. } = self.primitive;
         let mut values = positions.iter().flatten().chain(self.texcoords.iter().flatten());
@@ -85,7 +87,7 @@ impl Geometry for Corners<'_> {
     }
 }
 
-/// Gives a primitive tangents along the coordinates of a normal map.
+/// Adds tangents for a normal map to a primitive. Primitives that skins or morph targets can move get none.
 pub(super) fn add(primitive: &mut Primitive, map: &Map) {
     let Some(details) = &primitive.details else { return };
     if primitive.joints.is_some() || !primitive.targets.is_empty() {
@@ -102,7 +104,7 @@ pub(super) fn add(primitive: &mut Primitive, map: &Map) {
     split(primitive, &tangents);
 }
 
-/// Writes the tangent of each corner to its vertex; a vertex with several becomes several.
+/// Writes the tangent of each corner to its vertex. A vertex with several different tangents is duplicated.
 fn split(primitive: &mut Primitive, tangents: &[[f32; 4]]) {
     let Primitive { positions, normals, texcoords, details: Some(details), indices, .. } = primitive else {
         return;
@@ -134,7 +136,7 @@ mod tests {
     use super::*;
     use crate::mesh::{VertexDetail, bounds_of};
 
-    /// Squares of a side along x and y that face +Z, with texture coordinates of their corners.
+    /// A flat primitive that faces +Z, with the given positions and texture coordinates.
     fn squares(corners: &[([f32; 3], [f32; 2])], indices: &[u32]) -> Primitive {
         let positions: Vec<[f32; 3]> = corners.iter().map(|(position, _)| *position).collect();
         let detail = |(_, [u, v]): &([f32; 3], [f32; 2])| VertexDetail {

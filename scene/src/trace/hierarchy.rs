@@ -15,32 +15,32 @@
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, Vec3};
 
-/// The triangle of an inner node.
+/// The value of [`Node::triangle`] for an inner node.
 pub const INNER: u32 = u32::MAX;
 
-/// The depth from which on nodes are split in the middle.
+/// The depth from which on nodes are split at the median of their triangles instead of by surface area.
 pub const MAX_SAH_DEPTH: u32 = 40;
 
-/// The number of bins along an axis.
+/// The number of bins along each axis for the surface area heuristic.
 const BINS: usize = 16;
 
-/// The growth of the surface of all boxes, as a factor, after which a hierarchy is built anew.
+/// The maximum growth factor of the total surface area of all boxes by refitting; beyond it the hierarchy is rebuilt.
 const MAX_GROWTH: f32 = 2.0;
 
 /// An axis-aligned box of 32-bit coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Box32 {
-    /// The corner of the minimum coordinates.
+    /// The corner with the minimum coordinates.
     pub min: Vec3,
-    /// The corner of the maximum coordinates.
+    /// The corner with the maximum coordinates.
     pub max: Vec3,
 }
 
 impl Box32 {
-    /// The box that holds nothing. Its coordinates are finite.
+    /// The empty box. Its coordinates are finite: the minimum is `f32::MAX`, the maximum `f32::MIN`.
     pub const EMPTY: Self = Self { min: Vec3::MAX, max: Vec3::MIN };
 
-    /// The box around the corners of a triangle, rounded outwards; empty if a coordinate is not finite in 32 bits.
+    /// The box around the corners of a triangle, rounded outwards; empty if a coordinate is not finite as `f32`.
     pub fn around(corners: [DVec3; 3]) -> Self {
         let [a, b, c] = corners;
         let (min, max) = (a.min(b).min(c), a.max(b).max(c));
@@ -58,7 +58,7 @@ impl Box32 {
         Self { min: self.min.min(other.min), max: self.max.max(other.max) }
     }
 
-    /// Half its surface; 0 of the empty box.
+    /// Half the surface area of the box; 0 for the empty box.
     fn area(self) -> f32 {
         let size = (self.max - self.min).max(Vec3::ZERO);
         if self.min.x > self.max.x { 0.0 } else { size.x * size.y + size.y * size.z + size.z * size.x }
@@ -69,17 +69,18 @@ impl Box32 {
     }
 }
 
-/// A box with the node that follows its subtree. Shaders read it as it lies in memory.
+/// A node of the hierarchy: a box, the index of the node after its subtree, and the triangle of a leaf. Shaders read
+/// this memory layout.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Node {
-    /// The corner of the minimum coordinates.
+    /// The corner of the box with the minimum coordinates.
     pub min: [f32; 3],
-    /// The node after the subtree: the next one of a ray that misses the box.
+    /// The index of the first node after the subtree: the next node for a ray that misses the box.
     pub exit: u32,
-    /// The corner of the maximum coordinates.
+    /// The corner of the box with the maximum coordinates.
     pub max: [f32; 3],
-    /// The triangle of a leaf, or [`INNER`].
+    /// The index of the triangle for a leaf; [`INNER`] for an inner node.
     pub triangle: u32,
 }
 
@@ -93,24 +94,24 @@ impl Node {
     }
 }
 
-/// A hierarchy over triangles that are known by their position in a list of boxes.
+/// A bounding volume hierarchy over triangles, which are identified by their index in a list of boxes.
 #[derive(Clone, Debug, Default)]
 pub struct Hierarchy {
     nodes: Vec<Node>,
-    /// The surface of all boxes when it was built.
+    /// The sum of half the surface areas of all boxes when the hierarchy was last built.
     area: f32,
 }
 
-/// The change of a hierarchy by [`Hierarchy::refit`].
+/// The kind of change that [`Hierarchy::refit`] made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Refit {
-    /// The boxes have changed, in place.
+    /// Boxes of nodes have changed; the nodes kept their order.
     Moved,
-    /// All nodes are others.
+    /// The hierarchy was built anew, so all nodes may have changed.
     Rebuilt,
 }
 
-/// A part of the triangles that is still to be split.
+/// A range of triangles that is still to be split, and its node.
 struct Part {
     begin: usize,
     end: usize,
@@ -119,14 +120,14 @@ struct Part {
 }
 
 impl Hierarchy {
-    /// Builds a hierarchy over triangles with these boxes.
+    /// Builds a hierarchy over triangles with these bounding boxes.
     pub fn build(boxes: &[Box32]) -> Self {
         let mut hierarchy = Self::default();
         hierarchy.rebuild(boxes);
         hierarchy
     }
 
-    /// The nodes in depth-first order; none without triangles.
+    /// The nodes in depth-first order; empty if there are no triangles.
     pub fn nodes(&self) -> &[Node] {
         &self.nodes
     }
@@ -178,7 +179,8 @@ impl Hierarchy {
         self.nodes.iter().map(|node| node.bounds().area()).sum()
     }
 
-    /// Takes new boxes of the same triangles, after they have moved.
+    /// Updates the hierarchy with the new boxes of the same triangles. It is rebuilt if the surface areas have grown
+    /// too much.
     pub fn refit(&mut self, boxes: &[Box32]) -> Refit {
         self.fit(boxes);
         if self.surface() <= MAX_GROWTH * self.area {
@@ -189,8 +191,8 @@ impl Hierarchy {
     }
 }
 
-/// Sorts a part by the split with the least surface area, and returns the number of triangles before it; `None` if all
-/// middles are the same.
+/// Partitions a range of triangles at the bin boundary with the least surface area cost. Returns the number of
+/// triangles before it; `None` if no boundary separates the box centres.
 fn split_by_area(part: &mut [u32], boxes: &[Box32], middles: &[Vec3]) -> Option<usize> {
     let mut low = Vec3::MAX;
     let mut high = Vec3::MIN;
@@ -237,7 +239,7 @@ fn split_by_area(part: &mut [u32], boxes: &[Box32], middles: &[Vec3]) -> Option<
     (first > 0 && first < part.len()).then_some(first)
 }
 
-/// Sorts a part by its longest axis around its middle, which is returned.
+/// Partitions a range of triangles at the median along its longest axis. Returns the number of triangles before it.
 fn split_in_the_middle(part: &mut [u32], middles: &[Vec3]) -> usize {
     let mut low = Vec3::MAX;
     let mut high = Vec3::MIN;
@@ -261,7 +263,8 @@ mod tests {
         Box32::around([at, at + DVec3::X * size, at + DVec3::Y * size])
     }
 
-    /// Each triangle stands in one leaf, each box holds those below it, and each exit is that of the subtree.
+    /// Asserts that each triangle has one leaf, each box contains the boxes of its subtree, and each exit lies after
+    /// its node.
     #[track_caller]
     fn assert_sound(hierarchy: &Hierarchy, boxes: &[Box32]) {
         let nodes = hierarchy.nodes();

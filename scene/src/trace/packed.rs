@@ -29,70 +29,72 @@ use crate::pose::Pose;
 use crate::scene::{Draw, Scene};
 use crate::texture::Sampler;
 
-/// Flags of a triangle, as the template has them.
+/// The flag of a triangle that casts shadows. Shaders use the values of these four flags.
 const CASTS: u32 = 1;
 const DOUBLE_SIDED: u32 = 2;
 const MASKED: u32 = 4;
 const MIRRORED: u32 = 8;
 
-/// Sampling of a mask: one interpolated texel of four, and how coordinates beyond 0..1 are taken.
+/// The sampling flag for linear filtering of a mask; the following flags select address modes. Shaders use their
+/// values.
 const LINEAR: u32 = 1;
 const CLAMP_U: u32 = 2;
 const MIRROR_U: u32 = 4;
 const CLAMP_V: u32 = 8;
 const MIRROR_V: u32 = 16;
 
-/// The minimum number of rows, so that the buffer of an empty scene is one that can be bound.
+/// The minimum number of rows of 16 bytes, so that the buffer of an empty scene can be bound.
 const MIN_ROWS: usize = 4;
 
-/// The rows of a block that is written as a whole: 4 KiB.
+/// The number of rows in an upload block: 4 KiB, the granularity of updates.
 const BLOCK: usize = 256;
 
-/// A scene that needs more bytes than fit.
+/// The error for a scene that needs more bytes than the buffer may have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{triangles} triangles and their masks need {needed} bytes, which is more than {max}")]
 pub struct TooLarge {
-    /// The number of triangles.
+    /// The number of triangles of the scene.
     pub triangles: u64,
-    /// The number of bytes that they need.
+    /// The number of bytes that the packed scene needs.
     pub needed: u64,
-    /// The number of bytes that there may be.
+    /// The maximum number of bytes of the buffer.
     pub max: u64,
 }
 
-/// A scene in a pose, packed for shaders.
+/// A scene in a pose, packed into rows of four 32-bit words for ray tracing in shaders.
 #[derive(Clone, Debug)]
 pub struct PackedScene {
     rows: Vec<[u32; 4]>,
     boxes: Vec<Box32>,
     hierarchy: Hierarchy,
     parts: Vec<Part>,
-    /// The row of the first triangle.
+    /// The index of the row with the first triangle.
     first: usize,
-    /// The blocks that have changed since they were taken.
+    /// For each upload block, whether it has changed since the last call of [`PackedScene::changes`].
     changed: Vec<bool>,
     places: Vec<DVec3>,
 }
 
-/// The triangles of a draw.
+/// The location of a draw's triangles in the packed scene.
 #[derive(Clone, Copy, Debug)]
 struct Part {
     draw: Draw,
-    /// Its first triangle.
+    /// The index of the draw's first triangle in the packed scene.
     first: usize,
     flags: u32,
-    /// The row of its first texture coordinates, and of its mask; 0 without.
+    /// The row of the draw's first texture coordinates; 0 without a mask. `mask` is the row of the mask.
     texcoords: usize,
     mask: usize,
 }
 
-/// The mask of a draw.
+/// The alpha mask of a draw.
 enum Mask {
-    /// No holes.
+    /// The draw has no holes.
     Whole,
-    /// Nothing but a hole.
+    /// The draw is fully transparent.
     Hole,
-    /// Holes where the texture at this index has little alpha.
+    /// The texture's alpha times `factor` decides: less than `cutoff` is a hole. `texture` is an index in
+    /// [`Scene::textures`].
     Texture { texture: usize, factor: f32, cutoff: f32 },
 }
 
@@ -121,7 +123,7 @@ impl PackedScene {
     /// Packs a scene in a pose.
     ///
     /// # Errors
-    /// A scene that needs more than `max` bytes.
+    /// The packed scene needs more than `max` bytes.
     pub fn new(scene: &Scene, pose: &Pose, max: u64) -> Result<Self, TooLarge> {
         let mut parts = Vec::new();
         let (mut triangles, mut masked, mut masks) = (0_usize, 0_usize, 0_usize);
@@ -184,7 +186,7 @@ impl PackedScene {
         Ok(packed)
     }
 
-    /// Texture coordinates, masks and their alpha, which no pose changes.
+    /// Writes texture coordinates, masks and their alpha, which do not depend on the pose.
     fn pack_masks(&mut self, scene: &Scene, images: &BTreeMap<usize, usize>, first_texel: usize) {
         for part in &self.parts {
             let Mask::Texture { texture, factor, cutoff } = mask_of(scene, part.draw) else { continue };
@@ -212,7 +214,7 @@ impl PackedScene {
         }
     }
 
-    /// Places the triangles of some draws.
+    /// Writes the world-space triangles of the draws for which `wanted` returns `true`.
     fn place(&mut self, scene: &Scene, pose: &Pose, wanted: impl Fn(Draw) -> bool) {
         let mut places = std::mem::take(&mut self.places);
         for at in 0..self.parts.len() {
@@ -259,7 +261,8 @@ impl PackedScene {
         }
     }
 
-    /// Follows the draws that `moved` names to a pose. Costs nothing if none moved.
+    /// Updates the triangles of the draws for which `moved` returns `true`, and refits the hierarchy. No work is done
+    /// if none moved.
     pub fn follow(&mut self, scene: &Scene, pose: &Pose, moved: impl Fn(Draw) -> bool) {
         if self.parts.iter().any(|part| moved(part.draw)) {
             self.place(scene, pose, moved);
@@ -268,17 +271,17 @@ impl PackedScene {
         }
     }
 
-    /// The number of triangles.
+    /// The number of triangles in the packed scene.
     pub fn triangles(&self) -> usize {
         self.boxes.len()
     }
 
-    /// All bytes.
+    /// The packed scene as bytes, to be uploaded as a storage buffer.
     pub fn bytes(&self) -> &[u8] {
         cast_slice(&self.rows)
     }
 
-    /// Hands out the bytes that have changed since the last call, with the offset of each run.
+    /// Calls `each` with the byte offset and the bytes of each changed range since the last call.
     pub fn changes(&mut self, mut each: impl FnMut(u64, &[u8])) {
         let mut at = 0;
         while at < self.changed.len() {
@@ -298,7 +301,8 @@ mod tests {
     use super::*;
     use crate::trace::Node;
 
-    /// Nodes with a triangle each; the last ones move over a second, by as many metres as their number.
+    /// A scene with `still` static and `moving` animated nodes of one triangle each. In one second, an animated node
+    /// moves along x by its index in metres.
     fn scene(still: usize, moving: usize, corner: f32) -> Scene {
         let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, corner]];
         let mut bytes: Vec<u8> = corners.iter().flatten().flat_map(|part: &f32| part.to_le_bytes()).collect();
@@ -347,7 +351,7 @@ mod tests {
         PackedScene::new(scene, &scene.pose(time), u64::MAX).expect("a scene that fits")
     }
 
-    /// The scene in the pose of a time after that of another, and the number of bytes that changed.
+    /// Packs a scene at time `from`, updates it to time `to`, and returns it with the number of changed bytes.
     fn followed(scene: &Scene, from: f64, to: f64) -> (PackedScene, usize) {
         let (before, after) = (scene.pose(from), scene.pose(to));
         let mut packed = packed(scene, from);

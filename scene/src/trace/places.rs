@@ -8,7 +8,7 @@ use glam::{DMat4, DVec3};
 use crate::pose::Pose;
 use crate::scene::{Draw, Scene};
 
-/// Replaces `places` by the world-space vertices of a draw in a pose.
+/// Replaces the contents of `places` with the world-space vertices of a draw in a pose, in metres.
 pub fn place(scene: &Scene, draw: Draw, pose: &Pose, places: &mut Vec<DVec3>) {
     let primitive = scene.primitive(draw);
     let world = pose.world(draw.node);

@@ -6,7 +6,7 @@ use umbragraph_scene::{NoFiles, from_slice};
 
 use crate::document::{Document, diagnostics, glb, line};
 
-/// The diagnostics of the triangle after a change.
+/// Loads the triangle document after a change, and returns its diagnostics as lines.
 pub(crate) fn triangle_with(change: impl FnOnce(&mut Document)) -> Vec<String> {
     let mut document = Document::triangle();
     change(&mut document);

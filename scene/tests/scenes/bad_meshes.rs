@@ -195,7 +195,7 @@ fn skins_have_to_fit_their_meshes() {
     );
 }
 
-/// A triangle with a coarser level of detail, as a document says it.
+/// A triangle document whose node lists `ids` as coarser levels of detail, after a change.
 fn with_details(ids: serde_json::Value, change: impl Fn(&mut Document)) -> Document {
     let mut document = Document::triangle();
     let coarse = document.push("nodes", json!({ "mesh": 0 }));

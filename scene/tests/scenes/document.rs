@@ -4,14 +4,14 @@ use serde_json::{Value, json};
 use umbragraph_pipeline::diagnostic::{Diagnostic, Diagnostics, Place};
 use umbragraph_scene::{NoFiles, Scene, from_slice};
 
-/// A document under construction: change `json` at will.
+/// A glTF document under construction. Tests change `json` directly.
 pub(crate) struct Document {
     pub(crate) json: Value,
     pub(crate) binary: Vec<u8>,
 }
 
 impl Document {
-    /// No objects but an empty scene.
+    /// Creates a document with an empty scene and no other objects.
     pub(crate) fn new() -> Self {
         let json = json!({
             "asset": { "version": "2.0" },
@@ -21,7 +21,7 @@ impl Document {
         Self { json, binary: Vec::new() }
     }
 
-    /// One triangle in the plane z = 0, seen from +Z, shown by node 0.
+    /// Creates a document with one triangle in the plane z = 0, facing +Z, shown by node 0.
     pub(crate) fn triangle() -> Self {
         let mut document = Self::new();
         let positions = document.floats("VEC3", &[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0]);
@@ -31,7 +31,7 @@ impl Document {
         document
     }
 
-    /// Adds an object to a list, and gives its index.
+    /// Adds an object to a list of the document, and returns its index.
     pub(crate) fn push(&mut self, list: &str, object: Value) -> usize {
         if self.json.get(list).is_none() {
             self.json[list] = json!([]);
@@ -41,14 +41,14 @@ impl Document {
         list.len() - 1
     }
 
-    /// Adds a node to the scene.
+    /// Adds a node to the scene, and returns its index.
     pub(crate) fn node(&mut self, node: Value) -> usize {
         let index = self.push("nodes", node);
         self.json["scenes"][0]["nodes"].as_array_mut().expect("a list").push(json!(index));
         index
     }
 
-    /// Adds bytes, and gives the index of their buffer view.
+    /// Adds bytes to the binary chunk, and returns the index of their buffer view.
     pub(crate) fn view(&mut self, bytes: &[u8]) -> usize {
         self.binary.resize(self.binary.len().next_multiple_of(4), 0);
         let offset = self.binary.len();
@@ -56,7 +56,7 @@ impl Document {
         self.push("bufferViews", json!({ "buffer": 0, "byteOffset": offset, "byteLength": bytes.len() }))
     }
 
-    /// Adds an accessor of floats.
+    /// Adds an accessor of floats of the type `kind`, such as `VEC3`, and returns its index.
     pub(crate) fn floats(&mut self, kind: &str, values: &[f32]) -> usize {
         let bytes: Vec<u8> = values.iter().flat_map(|value| value.to_le_bytes()).collect();
         let view = self.view(&bytes);
@@ -74,7 +74,7 @@ impl Document {
         )
     }
 
-    /// Adds an accessor of 16-bit integers.
+    /// Adds an accessor of 16-bit integers of the type `kind`, `VEC4` or `SCALAR`, and returns its index.
     pub(crate) fn shorts(&mut self, kind: &str, values: &[u16]) -> usize {
         let bytes: Vec<u8> = values.iter().flat_map(|value| value.to_le_bytes()).collect();
         let view = self.view(&bytes);
@@ -85,12 +85,12 @@ impl Document {
         )
     }
 
-    /// The attribute of the first primitive.
+    /// Sets an attribute of the first primitive to an accessor.
     pub(crate) fn attribute(&mut self, name: &str, accessor: usize) {
         self.json["meshes"][0]["primitives"][0]["attributes"][name] = json!(accessor);
     }
 
-    /// A triangle whose material has a picture of these bytes.
+    /// Creates a triangle document whose material has a texture with this image file.
     pub(crate) fn pictured(bytes: &[u8]) -> Self {
         let mut document = Self::triangle();
         let view = document.view(bytes);
@@ -103,7 +103,7 @@ impl Document {
         document
     }
 
-    /// A binary glTF of what there is.
+    /// Writes the document as a binary glTF.
     pub(crate) fn glb(&self) -> Vec<u8> {
         let mut json = self.json.clone();
         json["buffers"][0]["byteLength"] = json!(self.binary.len());
@@ -119,7 +119,7 @@ pub(crate) fn glb(json: &Value, binary: &[u8]) -> Vec<u8> {
     umbragraph_test_support::glb::container(&json.to_string(), binary)
 }
 
-/// A diagnostic in one line: `UG0712 /meshes/0: message (help)`.
+/// Formats a diagnostic as one line: `UG0712 /meshes/0: message (help)`.
 pub(crate) fn line(diagnostic: &Diagnostic) -> String {
     let Place::File { path, locator } = &diagnostic.place else {
         panic!("a diagnostic without a file: {diagnostic:?}")
@@ -133,7 +133,7 @@ pub(crate) fn line(diagnostic: &Diagnostic) -> String {
     )
 }
 
-/// All diagnostics of a file that cannot be loaded, one line each.
+/// The diagnostics of a document that cannot be loaded, one line each.
 pub(crate) fn diagnostics(loaded: Result<Scene, Diagnostics>) -> Vec<String> {
     loaded.expect_err("diagnostics").iter().map(line).collect()
 }

@@ -8,7 +8,7 @@ use umbragraph_test_support::property;
 
 use crate::document::{Document, diagnostics};
 
-/// A document in which everything that the loader reads occurs.
+/// A valid document that uses every feature the loader reads.
 fn rich() -> Document {
     let mut document = Document::triangle();
     let normals = document.floats("VEC3", &[0., 0., 1., 0., 0., 1., 0., 0., 1.]);
@@ -53,7 +53,7 @@ fn rich() -> Document {
     document
 }
 
-/// Uses everything that a host would use.
+/// Calls the functions of a scene that a host would call, and checks the results.
 fn exercise(scene: &Scene) {
     let frame = scene.frame_input(1.5, 0.3);
     assert_eq!(frame.camera.check(), None);
@@ -112,7 +112,7 @@ proptest! {
     }
 }
 
-/// JSON pointers to all values of a document, apart from its buffers (which are filled in when it is written).
+/// The JSON pointers to all values of a document except its buffers, which are filled in on writing.
 fn values(json: &mut Value) -> Vec<String> {
     let (mut found, mut open) = (Vec::new(), vec![(String::new(), &*json)]);
     while let Some((at, value)) = open.pop() {
@@ -226,7 +226,8 @@ fn what_a_few_bytes_announce_takes_memory_in_proportion_to_them() {
     assert!(from_slice("test.glb", moved.as_bytes(), &NoFiles).is_ok());
 }
 
-/// A triangle with so many materials, each of a picture of its own of the same white texels: the views of the pictures.
+/// A triangle document with `count` materials, each with its own texture of the same black image. `view` adds the
+/// buffer view of an image.
 fn pictures(side: u32, count: usize, view: impl Fn(&mut Document, &[u8], usize) -> usize) -> Document {
     let mut png = Vec::new();
     let texels = image::GrayImage::new(side, side);
@@ -329,7 +330,7 @@ fn crc32(bytes: &[u8]) -> u32 {
     })
 }
 
-/// A picture of 40 by 24 texels.
+/// An encoded image of 40 × 24 texels in a file format.
 fn colors(format: image::ImageFormat) -> Vec<u8> {
     let texels = image::RgbImage::from_fn(40, 24, |x, y| image::Rgb([x as u8 * 6, y as u8 * 9, 200]));
     let mut bytes = Vec::new();

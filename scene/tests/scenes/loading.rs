@@ -437,7 +437,8 @@ fn a_skinned_mesh_follows_its_joints_and_not_its_node() {
     assert_eq!((bounds.min, bounds.max), (DVec3::ZERO, DVec3::new(1.0, 1.0, 3.0)));
 }
 
-/// The triangle with two morph targets: up by 2 at its first vertex, and to the right by 1 with turned normals.
+/// The triangle document with two morph targets: the first moves vertex 0 by 2 m along +Z. The second moves all
+/// vertices by 1 m along +X and turns their normals.
 fn morphing() -> Document {
     let mut document = Document::triangle();
     let up = document.floats("VEC3", &[0., 0., 2., 0., 0., 0., 0., 0., 0.]);
@@ -448,7 +449,7 @@ fn morphing() -> Document {
     document
 }
 
-/// The first vertex of the first draw in a pose.
+/// The morphed position and normal of the first vertex of the first draw, at a time in seconds.
 fn first_vertex(scene: &Scene, time: f64) -> ([f32; 3], [f32; 3]) {
     let draw = scene.draws().next().unwrap();
     let (mut positions, mut normals) = (Vec::new(), Vec::new());
@@ -512,7 +513,7 @@ fn weights_of_morph_targets_follow_their_keys() {
     assert!(bounds.max.is_finite() && !bounds.is_empty());
 }
 
-/// The texels of an image file, as a scene has them.
+/// Decodes an image file through a scene: width, height and RGBA bytes.
 fn texels(bytes: &[u8]) -> (u32, u32, Vec<u8>) {
     let image = Document::pictured(bytes).load().unwrap().images[0].clone();
     (image.width, image.height, image.rgba)

@@ -38,40 +38,40 @@ use context::Context;
 use site::Spot;
 pub use values::Computed;
 
-/// A byte of a file of a pipeline.
+/// A position in a file of a pipeline, and the configuration to show there.
 #[derive(Clone, Copy, Debug)]
 pub struct Cursor<'a> {
     /// The pipeline.
     pub target: &'a Target,
     /// The configuration whose values are shown.
     pub choice: &'a Choice,
-    /// The file.
+    /// The path of the file.
     pub path: &'a Path,
-    /// The byte.
+    /// The byte offset in the file.
     pub offset: usize,
 }
 
-/// The candidates for a place.
+/// The completion candidates for a position.
 #[derive(Clone, Debug)]
 pub struct Expected {
-    /// The place that a candidate replaces.
+    /// The byte range that a candidate replaces.
     pub replaced: Span,
     /// The candidates.
     pub candidates: Vec<Candidate>,
 }
 
-/// One text that can stand at a place.
+/// A completion candidate.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Candidate {
     /// The kind.
     pub kind: CandidateKind,
-    /// The name that people choose by.
+    /// The name shown to the user.
     pub label: String,
-    /// The text that is written.
+    /// The text that replaces the range.
     pub text: String,
-    /// A few words: type, default, format.
+    /// A short detail, such as type, default or format; `None` if there is none.
     pub detail: Option<String>,
-    /// The description.
+    /// The description; `None` if there is none.
     pub description: Option<String>,
 }
 
@@ -94,18 +94,18 @@ pub enum CandidateKind {
     Axis,
 }
 
-/// The text about what stands at a place.
+/// The hover text for a position.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Hover {
-    /// The place.
+    /// The range that the text describes.
     pub place: Span,
-    /// The text.
+    /// The content to display.
     pub text: String,
-    /// Whether its lines and spaces are to stay, as in the output of `umbragraph why`.
+    /// Whether line breaks and spaces are to be kept, as in the output of `umbragraph why`.
     pub is_preformatted: bool,
 }
 
-/// The edits that give a name, by the names of files, or why it cannot be given.
+/// The edits of a rename, by file name, or the error that prevents the rename.
 pub type Renamed = Result<BTreeMap<String, Edits>, EditError>;
 
 /// The kind of a file by its keys; `None` for one that may have nothing to do with pipelines, such as `package.json`.
@@ -196,7 +196,7 @@ impl Session {
         }))
     }
 
-    /// The keys, words and names that can stand at a place.
+    /// Returns the keys, keywords and names that can stand at a position.
     ///
     /// # Errors
     /// [`Cancel::set`](crate::Cancel::set).
@@ -204,7 +204,7 @@ impl Session {
         self.around(cursor, |context| Some(expected::expected(context)))
     }
 
-    /// Text about a place: of a name the answer of [`why`], of a key its description.
+    /// Returns the hover text for a position: the answer of [`why`] for a name, the description for a key.
     ///
     /// # Errors
     /// [`Cancel::set`](crate::Cancel::set).

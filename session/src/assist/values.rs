@@ -10,7 +10,7 @@ use crate::graph::expression::{Scope as _, evaluate, parse};
 use crate::graph::pipeline::{FileKind, StaticScope};
 use crate::graph::source::Span;
 
-/// The characters of a value that are shown.
+/// The maximum number of characters of a value that are shown.
 const LONGEST: usize = 40;
 
 /// An expression and its value.
@@ -18,7 +18,7 @@ const LONGEST: usize = 40;
 pub struct Computed {
     /// The place of the string that holds the expression.
     pub place: Span,
-    /// The value; of a long one the beginning.
+    /// The value as text; a long one is cut off.
     pub value: String,
 }
 

@@ -2,15 +2,16 @@
 
 use std::process::Output;
 
-/// Standard output or standard error, as text.
+/// Converts standard output or standard error to text.
 pub fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
 }
 
-/// The standard error of a command that has failed with a status and says all of these; none of them by a panic.
+/// Returns the standard error of a command that failed with the given status, mentions all of the texts, and did not
+/// panic.
 ///
 /// # Panics
-/// If it has not.
+/// If the command ended otherwise.
 #[track_caller]
 pub fn rejected(output: &Output, status: i32, says: &[&str]) -> String {
     let errors = text(&output.stderr);

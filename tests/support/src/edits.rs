@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use crate::random::Random;
 
-/// An edit, which is syntactically broken half the time.
+/// Returns the text after a random edit, which breaks the syntax half of the time.
 #[must_use]
 pub fn edited(text: &str, random: &mut Random) -> String {
     let at = |random: &mut Random| text.floor_char_boundary(random.below(text.len() + 1));
@@ -63,7 +63,7 @@ pub fn edited(text: &str, random: &mut Random) -> String {
     }
 }
 
-/// The documents below a folder, in the order of their paths.
+/// Returns the JSON files below a folder, sorted by path.
 #[must_use]
 pub fn documents(folder: impl Into<PathBuf>) -> Vec<PathBuf> {
     let mut found = Vec::new();

@@ -6,37 +6,37 @@
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
-/// Makes a test that finds no graphics adapter fail instead of being skipped.
+/// The variable that makes a test fail, not skip, if there is no graphics adapter.
 pub const REQUIRE_GPU: &str = "UMBRAGRAPH_REQUIRE_GPU";
-/// Selects the adapter whose name contains this text, whatever its case.
+/// The variable that selects the adapter whose name contains its value, ignoring case.
 pub const ADAPTER: &str = "UMBRAGRAPH_ADAPTER";
-/// Accepts pictures that differ from their references.
+/// The variable that accepts changed pictures as new references.
 pub const BLESS: &str = "UMBRAGRAPH_BLESS";
-/// The folder with the ray-traced truth, in place of `../shared/truth` beside the workspace.
+/// The variable with the folder of ray-traced reference data, in place of `../shared/truth` beside the workspace.
 pub const TRUTH: &str = "UMBRAGRAPH_TRUTH";
-/// A file to which each skipped test appends its reason, so that a runner can count across processes.
+/// The variable with a file to which each skipped test appends its reason, so that a runner can count across processes.
 pub const SKIP_LOG: &str = "UMBRAGRAPH_SKIP_LOG";
 
-/// A source of the values of environment variables.
+/// A function that returns the value of an environment variable; `None` if it is not set.
 pub type Lookup<'a> = &'a dyn Fn(&str) -> Option<OsString>;
 
-/// Looks a variable up in the environment of this process.
+/// Returns the value of a variable in the environment of this process.
 pub fn process(name: &str) -> Option<OsString> {
     std::env::var_os(name)
 }
 
-/// Whether a variable is set to something other than nothing or `0`.
+/// Returns `true` if a variable has a value other than the empty text and `0`.
 pub fn is_set(lookup: Lookup<'_>, name: &str) -> bool {
     lookup(name).is_some_and(|value| !value.is_empty() && value != "0")
 }
 
-/// The root of the workspace.
+/// Returns the root folder of the workspace.
 pub fn workspace_root() -> PathBuf {
     let package = Path::new(env!("CARGO_MANIFEST_DIR"));
     package.ancestors().nth(2).unwrap_or(package).to_path_buf()
 }
 
-/// The folder for what the build and the tests write.
+/// Returns the folder for the output of builds and tests.
 pub fn target_folder(lookup: Lookup<'_>) -> PathBuf {
     match lookup("CARGO_TARGET_DIR") {
         Some(folder) if !folder.is_empty() => workspace_root().join(folder),

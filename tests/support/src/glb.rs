@@ -1,6 +1,6 @@
 //! glTF binaries of documents that tests write themselves.
 
-/// The binary file of a document and its one buffer.
+/// Returns the bytes of a binary glTF file with a JSON document and one buffer.
 #[must_use]
 pub fn container(document: &str, buffer: &[u8]) -> Vec<u8> {
     let (mut json, mut binary) = (document.as_bytes().to_vec(), buffer.to_vec());

@@ -8,31 +8,31 @@ use proptest::test_runner::{Config, RngSeed};
 
 use crate::environment::{self, Lookup};
 
-/// A seed in place of the fixed one.
+/// The environment variable with a seed that replaces the fixed one.
 pub const SEED: &str = "UMBRAGRAPH_SEED";
-/// The variable with the factor for the number of cases.
+/// The environment variable with the factor for the number of cases.
 pub const TIMES: &str = "UMBRAGRAPH_TIMES";
 
-/// The configuration of a property that is ordinarily tried on so many cases.
+/// Returns the configuration of a property test with this number of cases, before the factor of [`TIMES`].
 #[must_use]
 pub fn config(cases: u32) -> Config {
     from(&environment::process, cases)
 }
 
-/// The seed of tests that make random cases by other means.
+/// Returns the seed for tests that generate random cases by other means.
 #[must_use]
 pub fn seed() -> u64 {
     number(&environment::process, SEED).unwrap_or(1)
 }
 
-/// The factor for the ordinary number of cases.
+/// Returns the factor for the number of cases; 1 by default.
 #[must_use]
 pub fn times() -> u32 {
     number(&environment::process, TIMES).unwrap_or(1)
 }
 
-/// Of cases that take long together, the part that ordinary tests try: one out of so many, which ones as the seed says.
-/// All of them where more cases are asked for.
+/// Returns every `out_of`-th case of a long test, at an offset that the seed determines. Returns all cases if [`times`]
+/// is above 1.
 #[must_use]
 pub fn part<T>(cases: impl IntoIterator<Item = T>, out_of: u64) -> Vec<T> {
     part_of(cases, if times() > 1 { 1 } else { out_of }, seed())

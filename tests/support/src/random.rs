@@ -1,12 +1,12 @@
 //! Random numbers for tests that make their cases themselves: SplitMix64 (Steele, Lea and Flood 2014), the same on
 //! every machine.
 
-/// A sequence of random numbers, by its seed.
+/// A pseudo-random generator (SplitMix64) with its state, which starts as the seed.
 #[derive(Clone, Debug)]
 pub struct Random(pub u64);
 
 impl Random {
-    /// The next number.
+    /// Returns the next 64-bit number.
     #[expect(clippy::should_implement_trait, reason = "a sequence without an end is no iterator")]
     pub fn next(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
@@ -15,27 +15,27 @@ impl Random {
         mixed ^ (mixed >> 31)
     }
 
-    /// A number below another; 0 where that is 0.
+    /// Returns a number below `end`; 0 if `end` is 0.
     pub fn below(&mut self, end: usize) -> usize {
         (self.next() % end.max(1) as u64) as usize
     }
 
-    /// A number from 0 on, below 1.
+    /// Returns a number from 0 to below 1.
     pub fn unit(&mut self) -> f64 {
         (self.next() >> 11) as f64 / (1_u64 << 53) as f64
     }
 
-    /// Whether what happens once in so many times happens now.
+    /// Returns `true` with a probability of one in `count`.
     pub fn one_in(&mut self, count: usize) -> bool {
         self.below(count) == 0
     }
 
-    /// One of a list, which is not empty.
+    /// Returns a random element of a list, which must not be empty.
     pub fn one_of<T: Clone>(&mut self, list: &[T]) -> T {
         list[self.below(list.len())].clone()
     }
 
-    /// Brings a list into another order.
+    /// Shuffles a list.
     pub fn shuffle<T>(&mut self, list: &mut [T]) {
         for at in (1..list.len()).rev() {
             list.swap(at, self.below(at + 1));

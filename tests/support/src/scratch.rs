@@ -5,15 +5,15 @@ use std::path::{Path, PathBuf};
 
 use crate::environment;
 
-/// A folder under the target folder, removed when this value goes.
+/// A temporary folder under the target folder, which is removed when this value is dropped.
 #[derive(Debug)]
 pub struct ScratchFolder(PathBuf);
 
 impl ScratchFolder {
-    /// Makes the folder of a test; the name must be the test's alone within its process.
+    /// Creates the folder of a test; the name must be unique among the tests of the process.
     ///
     /// # Panics
-    /// If the folder cannot be made.
+    /// If the folder cannot be created.
     #[must_use]
     pub fn new(test: &str) -> Self {
         // Two runs may share a target folder, so the process is part of the name.

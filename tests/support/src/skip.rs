@@ -14,7 +14,7 @@ use crate::environment;
 
 static SKIPPED: AtomicUsize = AtomicUsize::new(0);
 
-/// Counts and announces a test that cannot run here; returns the number of skips in this process so far.
+/// Counts and announces a skipped test. Returns the number of skipped tests in this process so far.
 pub fn skipped(reason: &str) -> usize {
     let count = SKIPPED.fetch_add(1, Ordering::Relaxed) + 1;
     let reason = reason.lines().collect::<Vec<_>>().join(" ");
@@ -28,12 +28,12 @@ pub fn skipped(reason: &str) -> usize {
     count
 }
 
-/// The number of skips in this process so far.
+/// Returns the number of skipped tests in this process so far.
 pub fn count() -> usize {
     SKIPPED.load(Ordering::Relaxed)
 }
 
-/// One write per line, so that lines of several processes do not mix.
+/// Appends a line to the log in a single write, so that lines of several processes do not mix.
 fn append(log: &Path, reason: &str, test: &str) -> io::Result<()> {
     let mut file = OpenOptions::new().create(true).append(true).open(log)?;
     file.write_all(format!("{reason}\t{test}\n").as_bytes())
@@ -45,7 +45,7 @@ pub(crate) fn announce(line: &str) {
     let _ = writeln!(io::stderr(), "{line}");
 }
 
-/// The name of the running test, where the harness tells it.
+/// Returns the name of the running test; `None` if the test harness does not provide it.
 pub(crate) fn test_name() -> Option<String> {
     if let Some(name) = environment::process("NEXTEST_TEST_NAME") {
         return name.into_string().ok();

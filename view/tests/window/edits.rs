@@ -15,7 +15,7 @@ use crate::random::{Random, variable};
 use crate::read_back::{Fresh, pixels};
 use crate::x11::{BACKSPACE, HOME};
 
-/// The files of the pipeline, which are good.
+/// The valid contents of the pipeline document and its template.
 struct Files {
     document: String,
     template: String,
@@ -48,7 +48,7 @@ impl Files {
         std::fs::write(folder.join("own.json"), &self.document).unwrap();
     }
 
-    /// Breaks one of the files; the word that its diagnostics have.
+    /// Breaks one of the files, and returns a word that its diagnostics contain.
     fn break_one(&self, folder: &Path, random: &mut Random, at: u64) -> String {
         let word = format!("bad{at}");
         let key = format!("\"{word}\": 1, \"passes\": {{");
@@ -68,7 +68,7 @@ impl Files {
     }
 }
 
-/// Closes the panel below the frame, whose height would change its size.
+/// Closes the panel below the frame, whose height changes the frame's size.
 fn close_below(hand: &mut Hand) {
     let key = match hand.state()["below"].as_str() {
         Some("Graph") => 'g',
@@ -79,7 +79,7 @@ fn close_below(hand: &mut Hand) {
     hand.wait("no panel", |state| state["below"].is_null());
 }
 
-/// The picture of the window at the time 0; a frame more is drawn for it.
+/// The frame at time 0, drawn anew, as its size and RGB pixels.
 fn picture(hand: &mut Hand) -> ([u32; 2], Vec<[u8; 3]>) {
     if hand.state()["playing"] == true {
         hand.display.press(&[], u32::from(' '));

@@ -2,7 +2,7 @@
 
 use crate::hand::Hand;
 
-/// A pipeline with an output of its own. `more` are further resources.
+/// The document of a pipeline with one pass and its own output texture. `more` declares further resources.
 fn pipeline(texture: &str, pass: &str, more: &str) -> String {
     format!(
         r#"{{

@@ -9,10 +9,10 @@ use serde_json::Value;
 
 use crate::x11::Display;
 
-/// The size of the window.
+/// The width and height of the window, in pixels.
 pub(crate) const SIZE: [u16; 2] = [1400, 860];
 
-/// The longest time until an effect: the program and its dependencies are not optimised much, the driver is software.
+/// The maximum time to wait for an effect. The program is barely optimised and the driver is software.
 pub(crate) fn patience() -> Duration {
     Duration::from_secs(crate::random::variable("UMBRAGRAPH_VIEW_PATIENCE", 90))
 }
@@ -24,14 +24,14 @@ pub(crate) struct Hand {
     pub(crate) folder: PathBuf,
 }
 
-/// The folder of the module.
+/// The root folder of the workspace.
 pub(crate) fn module() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 
 impl Hand {
-    /// Starts the viewer in a folder in which more is written first, with arguments that may depend on it; `None` where
-    /// there is no display.
+    /// Starts the viewer in a new folder. `prepare` writes further files there and returns further arguments. Returns
+    /// `None` if there is no display.
     pub(crate) fn start_with(
         name: &str,
         pipeline: &str,
@@ -82,7 +82,7 @@ impl Hand {
         hand
     }
 
-    /// The last state; `null` before the first.
+    /// The last logged state of the window; `null` before the first.
     pub(crate) fn state(&self) -> Value {
         let text = std::fs::read_to_string(self.folder.join("log/state.jsonl")).unwrap_or_default();
         // The last line may be half.
@@ -106,7 +106,7 @@ impl Hand {
         }
     }
 
-    /// Waits until a state holds, and gives it.
+    /// Waits until the state meets a condition, and returns the state.
     #[track_caller]
     pub(crate) fn wait(&mut self, what: &str, holds: impl Fn(&Value) -> bool) -> Value {
         let mut found = Value::Null;
@@ -117,7 +117,7 @@ impl Hand {
         found
     }
 
-    /// Waits until nothing more is to be drawn, and no plan is on its way.
+    /// Waits until no frame is to be drawn and no plan is being made, and returns the state.
     pub(crate) fn settle(&mut self) -> Value {
         let is_idle = |state: &Value| state["busy"] == false && state["frames"].as_u64() > Some(0);
         loop {
@@ -130,7 +130,7 @@ impl Hand {
         }
     }
 
-    /// The rectangle of a control, in pixels of the screen.
+    /// The rectangle of a control in pixels of the screen: x, y, width and height.
     pub(crate) fn rect(&mut self, name: &str) -> [f64; 4] {
         let mut last = [0.0; 4];
         let mut found = None;
@@ -152,20 +152,21 @@ impl Hand {
         [x + f64::from(self.corner[0]), y + f64::from(self.corner[1]), width, height]
     }
 
-    /// A point of a control: parts of its width and height.
+    /// A point of a control in pixels of the screen, given as fractions of its width and height.
     pub(crate) fn point(&mut self, name: &str, [across, down]: [f64; 2]) -> [i16; 2] {
         let [x, y, width, height] = self.rect(name);
         [(x + across * width).round() as i16, (y + down * height).round() as i16]
     }
 
-    /// Moves the pointer, and waits until the window knows.
+    /// Moves the pointer, and waits until the window has received its position.
     pub(crate) fn move_to(&mut self, at: [i16; 2]) {
         self.display.move_to(at);
         let wanted = [0, 1].map(|axis| f64::from(at[axis] - self.corner[axis]));
         self.wait("pointer", |state| state["pointer"]["at"] == serde_json::json!(wanted));
     }
 
-    /// Presses the button, or lets it go, and waits until the window knows: its frames may be long.
+    /// Presses or releases the left button, and waits until the window has received the event, since its frames may be
+    /// long.
     fn button(&mut self, is_down: bool) {
         self.display.button(1, is_down);
         self.wait("button", |state| state["pointer"]["down"] == is_down);
@@ -190,19 +191,19 @@ impl Hand {
         self.click_at(name, [0.5, 0.5]);
     }
 
-    /// Clicks a field of text, so that it has the keys.
+    /// Clicks a text field, and waits until it has the keyboard focus.
     pub(crate) fn type_into(&mut self, name: &str) {
         self.click(name);
         self.wait("text with the keys", |state| state["typing"] == true);
     }
 
-    /// Clicks the frame, so that the window has the keys.
+    /// Clicks the frame, and waits until no text field has the keyboard focus.
     pub(crate) fn leave_text(&mut self) {
         self.click("frame");
         self.wait("window with the keys", |state| state["typing"] == false);
     }
 
-    /// Clicks a part of a control.
+    /// Clicks a point of a control, given as fractions of its width and height.
     pub(crate) fn click_at(&mut self, name: &str, part: [f64; 2]) {
         let at = self.point(name, part);
         self.press_at(at);
@@ -212,13 +213,13 @@ impl Hand {
         self.child.try_wait().is_ok_and(|status| status.is_none())
     }
 
-    /// The bytes of memory that the process has.
+    /// The resident memory of the viewer process, in bytes.
     pub(crate) fn memory(&self) -> u64 {
         let text = std::fs::read_to_string(format!("/proc/{}/statm", self.child.id())).unwrap_or_default();
         text.split(' ').nth(1).and_then(|pages| pages.parse::<u64>().ok()).unwrap_or_default() * 4096
     }
 
-    /// Writes a screenshot; the bytes of its file.
+    /// Takes a screenshot with the viewer, and returns the bytes of its file.
     pub(crate) fn screenshot(&mut self) -> Vec<u8> {
         let name = format!("frame-{:03}.png", self.files("frame-").len() + 1);
         self.click("screenshot");
@@ -226,12 +227,12 @@ impl Hand {
         std::fs::read(self.folder.join(name)).expect("a picture")
     }
 
-    /// The errors that the viewer printed.
+    /// The contents of the viewer's standard error.
     pub(crate) fn said(&self) -> String {
         std::fs::read_to_string(self.folder.join("log/said.txt")).unwrap_or_default()
     }
 
-    /// The files of the folder whose names begin so.
+    /// The files of the folder whose names begin with `begin`.
     pub(crate) fn files(&self, begin: &str) -> Vec<PathBuf> {
         let all = std::fs::read_dir(&self.folder).unwrap().map(|one| one.unwrap().path());
         all.filter(|path| path.file_name().unwrap().to_string_lossy().starts_with(begin)).collect()

@@ -21,7 +21,7 @@ mod xdnd;
 
 use hand::Hand;
 
-/// A pipeline with one of everything that the window has a control for.
+/// A pipeline with one example of everything for which the window has a control.
 const PIPELINE: &str = r#"// A comment that stays.
 {
   "format": 1,
@@ -58,7 +58,7 @@ const PIPELINE: &str = r#"// A comment that stays.
 }
 "#;
 
-/// A viewer on the pipeline; `None` where there is no display.
+/// Starts a viewer on the pipeline; `None` if there is no display.
 fn start(name: &str, arguments: &[&str]) -> Option<Hand> {
     let arguments = arguments.iter().map(|one| (*one).to_owned()).collect();
     Hand::start_with(name, PIPELINE, |_| arguments)

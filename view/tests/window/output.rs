@@ -14,7 +14,7 @@ fn number(value: &Value) -> f64 {
     value.as_f64().unwrap_or(f64::NAN)
 }
 
-/// The command `umbragraph`: the one that `UMBRAGRAPH_COMMAND` names, or built.
+/// The path of the command `umbragraph`: the value of `UMBRAGRAPH_COMMAND`, or else the command built by this call.
 fn command() -> PathBuf {
     if let Some(path) = std::env::var_os("UMBRAGRAPH_COMMAND") {
         return path.into();

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use crate::hand::{Hand, SIZE, module};
 use crate::{PIPELINE, start};
 
-/// Takes a picture of the window.
+/// Takes a picture of the window and writes it as a JPEG file.
 fn photograph(hand: &mut Hand, folder: &Path, name: &str) {
     // Away from whatever says something under the pointer.
     hand.move_to([SIZE[0] as i16 - 3, SIZE[1] as i16 - 3]);

@@ -7,7 +7,7 @@ use crate::hand::SIZE;
 use crate::start;
 use crate::x11::{CONTROL, ESCAPE, SHIFT};
 
-/// G. Marsaglia's xorshift.
+/// A pseudo-random number generator: G. Marsaglia's xorshift.
 pub(crate) struct Random(u64);
 
 impl Random {

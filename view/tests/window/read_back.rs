@@ -12,7 +12,7 @@ use umbragraph::{Executor, Frame, Library, Options, wgpu};
 
 use crate::{PIPELINE, start};
 
-/// The size and the colors of a picture, without alpha.
+/// The size and the RGB pixels of a PNG file.
 pub(crate) fn pixels(path: &Path) -> ([u32; 2], Vec<[u8; 3]>) {
     let file = std::io::BufReader::new(std::fs::File::open(path).unwrap());
     let mut reader = png::Decoder::new(file).read_info().unwrap();
@@ -23,7 +23,7 @@ pub(crate) fn pixels(path: &Path) -> ([u32; 2], Vec<[u8; 3]>) {
     ([reader.info().width, reader.info().height], pixels)
 }
 
-/// The number of colors of a picture.
+/// The number of different colours in a PNG file.
 pub(crate) fn colors(path: &Path) -> usize {
     pixels(path).1.into_iter().collect::<BTreeSet<_>>().len()
 }
@@ -71,7 +71,7 @@ fn numbers_of_the_inspector_are_those_of_a_read_back() {
     assert_eq!(value, texels.values[(y * texels.width + x) as usize], "({x}, {y})");
 }
 
-/// A texture of a frame of the pipeline, drawn without a window.
+/// The captured texture of a frame of the pipeline, drawn without a window.
 fn captured(camera: &Value, size: [u32; 2], reference: &str) -> umbragraph::executor::Texels {
     let fresh = Fresh::new();
     let plan = Library::new().load_text("own.json", PIPELINE).unwrap();
@@ -94,7 +94,7 @@ fn captured(camera: &Value, size: [u32; 2], reference: &str) -> umbragraph::exec
     pollster::block_on(read_back(&fresh.device, &fresh.queue, &texture)).unwrap()
 }
 
-/// A device and a scene without a window.
+/// A device and a scene, to draw reference frames without a window.
 pub(crate) struct Fresh {
     device: wgpu::Device,
     queue: wgpu::Queue,
@@ -115,7 +115,7 @@ impl Fresh {
         Self { device, queue, scene: umbragraph::scene::load(&scene).unwrap() }
     }
 
-    /// The first frame of a pipeline; one of its imports.
+    /// Draws the first frame of a pipeline, and returns the import `wanted`.
     fn draw(
         &self,
         pipeline: &umbragraph::Pipeline,
@@ -141,7 +141,7 @@ impl Fresh {
         textures.iter().find(|(name, _)| *name == wanted).expect("the texture").1.clone()
     }
 
-    /// The picture of a pipeline, as a fresh start shows it.
+    /// The RGB pixels of the first frame of a pipeline, drawn without a window.
     pub(crate) fn picture(&self, library: &Library, path: &Path, size: [u32; 2]) -> Vec<[u8; 3]> {
         let texture = self.draw(&library.load(path).unwrap(), size, "target");
         let bytes = pollster::block_on(read_bytes(&self.device, &self.queue, &texture)).unwrap();

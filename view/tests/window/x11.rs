@@ -29,7 +29,8 @@ impl Display {
         Self { connection, root }
     }
 
-    /// The shown window of a size, given the focus: there is no window manager to do so. Its corner on the screen.
+    /// Finds the visible window of a size and gives it the focus, since there is no window manager. Returns its corner
+    /// on the screen in pixels.
     pub(crate) fn window(&self, size: [u16; 2]) -> Option<[i16; 2]> {
         let tree = self.connection.query_tree(self.root).ok()?.reply().ok()?;
         for window in tree.children {
@@ -50,7 +51,7 @@ impl Display {
         None
     }
 
-    /// The pixels of the screen, red, green and blue.
+    /// The red, green and blue bytes of a rectangle of the screen.
     pub(crate) fn picture(&self, [x, y]: [i16; 2], [width, height]: [u16; 2]) -> Vec<u8> {
         let format = ImageFormat::Z_PIXMAP;
         let image =
@@ -71,7 +72,7 @@ impl Display {
         self.fake(MOTION, 0, at);
     }
 
-    /// Presses a button of the pointer, or lets it go. 4 and 5 are the wheel.
+    /// Presses or releases a button of the pointer; buttons 4 and 5 are the wheel.
     pub(crate) fn button(&self, number: u8, is_down: bool) {
         self.fake(BUTTON + u8::from(!is_down), number, [0, 0]);
     }
@@ -98,7 +99,7 @@ impl Display {
         self.button(1, false);
     }
 
-    /// The key of a symbol, and whether it needs shift.
+    /// The key code of a key symbol, and whether the symbol needs shift.
     fn code(&self, symbol: u32) -> (u8, bool) {
         let setup = self.connection.setup();
         let (first, last) = (setup.min_keycode, setup.max_keycode);
@@ -112,7 +113,7 @@ impl Display {
         self.fake(KEY + u8::from(!is_down), self.code(symbol).0, [0, 0]);
     }
 
-    /// Presses a key and lets it go, with others held.
+    /// Presses and releases a key while the keys `held` are pressed.
     pub(crate) fn press(&self, held: &[u32], symbol: u32) {
         held.iter().for_each(|one| self.key(*one, true));
         self.key(symbol, true);
@@ -130,7 +131,7 @@ impl Display {
     }
 }
 
-/// Symbols of keys.
+/// The X11 key symbol of shift; the following constants are those of other keys.
 pub(crate) const SHIFT: u32 = 0xffe1;
 pub(crate) const CONTROL: u32 = 0xffe3;
 pub(crate) const ESCAPE: u32 = 0xff1b;

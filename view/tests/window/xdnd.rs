@@ -25,7 +25,7 @@ struct Source {
     list: Atom,
 }
 
-/// Drops a file on the window at a point of the screen.
+/// Drops a file on the window, at a point in pixels of the screen.
 pub(crate) fn drop_file(path: &Path, at: [i16; 2]) {
     let (connection, screen) = RustConnection::connect(None).expect("a display");
     let root = connection.setup().roots[screen].root;
@@ -85,7 +85,7 @@ impl Source {
         }
     }
 
-    /// The window that takes drops.
+    /// The window that accepts drops.
     fn target(&self) -> Window {
         let aware = self.atom("XdndAware");
         let tree = self.connection.query_tree(self.root).unwrap().reply().unwrap();
@@ -102,7 +102,7 @@ impl Source {
         self.connection.sync().unwrap();
     }
 
-    /// Hands the file's name out.
+    /// Answers a selection request with the name of the file.
     fn answer(&self, request: &SelectionRequestEvent) {
         let mode = PropMode::REPLACE;
         self.connection

@@ -2,7 +2,7 @@
 
 use super::*;
 
-/// A root folder of one test's own.
+/// A temporary root folder for one test.
 struct Root(PathBuf);
 
 impl Root {
@@ -19,7 +19,7 @@ impl Root {
         self
     }
 
-    /// A manifest and the library that it names.
+    /// Adds a manifest and the library that the manifest names.
     fn with_driver(self, manifest: &str, library: &str) -> Self {
         let text = format!(r#"{{ "ICD": {{ "api_version": "1.3", "library_path": "{library}" }} }}"#);
         self.with(library, "").with(manifest, &text)

@@ -70,7 +70,7 @@ fn errors_that_cannot_be_mended_are_left_with_status_1() {
     assert_eq!(text(&dry.stdout), "");
 }
 
-/// A pipeline of several files, with a name misspelt in each way that there is; the right ones stand in brackets.
+/// A pipeline of several files that misspells a name of each kind; the correct names are in brackets.
 const EVERYWHERE: [(&str, &str); 4] = [
     (
         "base.json",

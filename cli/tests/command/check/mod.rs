@@ -20,7 +20,7 @@ fn run(arguments: &[&str]) -> Output {
         .expect("the command")
 }
 
-/// A pipeline whose features each add a pass over the picture; `more` passes beside them.
+/// Returns a pipeline in which each feature adds a pass over the picture; `more` has further passes.
 fn pipeline(features: usize, more: &str) -> String {
     let list = |each: &dyn Fn(usize) -> String| (0..features).map(each).collect::<Vec<_>>().join(",\n");
     let declared = list(&|at| format!("\"f{at}\": {{ \"type\": \"bool\", \"default\": false }}"));
@@ -440,8 +440,8 @@ fn passes_whose_template_is_broken_are_counted_as_such() {
     assert!(diagnostics.contains("UG0501") && diagnostics.ends_with("1 error\n"), "{diagnostics}");
 }
 
-/// "show" reads the version of "paint", which this frame has written before "scratch" discards it. The attachment names
-/// the mip level, the reader does not.
+/// The pass "show" reads the version of "paint", which this frame has written before "scratch" discards it. The
+/// attachment names the mip level, the reader does not.
 #[test]
 fn what_is_discarded_after_it_was_read_is_no_diagnostic() {
     let folder = ScratchFolder::new("check-discarded-later");

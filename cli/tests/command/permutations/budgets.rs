@@ -6,7 +6,7 @@ use umbragraph_test_support::command::{rejected, text};
 
 use super::lock::Project;
 
-/// Samples as often as an axis says.
+/// The source of a template that samples a texture as many times as an axis says.
 const TAPS: &str = "@vertex fn corner(@builtin(vertex_index) at: u32) -> @builtin(position) vec4<f32> {
   return vec4<f32>(f32(at & 1u) * 4.0 - 1.0, f32(at >> 1u) * 4.0 - 1.0, 0.0, 1.0);
 }

@@ -3,7 +3,7 @@
 
 use super::*;
 
-/// A pipeline of passes with three features each, of which the first requires the second.
+/// Creates a pipeline of passes with three features each, of which the first requires the second.
 fn passes_with_features(passes: usize, template: &str) -> Project {
     let (mut features, mut resources, mut list) = (Vec::new(), Vec::new(), Vec::new());
     for at in 0..passes {
@@ -53,7 +53,7 @@ fn settings_that_no_pass_mixes_factor_out() {
     passes_with_features(12, &broken).rejected(&[], &["UG0520", "fill.wgsl.jinja:1:", "a=true, c=true"]);
 }
 
-/// A pipeline of the tree in which a setting decides how many cascades a node kind is asked for; four are too many.
+/// Runs `permutations` on a bundled pipeline in which a setting selects the number of cascades; four are too many.
 fn cascades_by(section: &str) -> Output {
     let folder = ScratchFolder::new(&format!("permutations-rejected-{section}"));
     let root = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../pipelines").canonicalize().unwrap();
@@ -126,7 +126,8 @@ fn an_axis_of_all_32_bit_numbers_is_counted_and_not_enumerated() {
     assert!(said.contains("without effect: late\n"), "{said}");
 }
 
-/// A pipeline whose pass `fill` has a template that fails with `n` = 22, beside a pass that is always there.
+/// Creates a pipeline whose conditional pass `fill` has a template that fails with `n` = 22, beside an unconditional
+/// pass.
 fn conditional(name: &str, settings: &str, when: &str, n: &str) -> Project {
     let pipeline = format!(
         r#"{{ "format": 1, "name": "small", {settings},
@@ -250,7 +251,8 @@ fn an_axis_has_only_the_values_that_its_expression_yields() {
     }
 }
 
-/// A pipeline with one pass, and a template that breaks where the axis `n` is 22. `k` has more values than are tried.
+/// Creates a pipeline with one pass and a template that fails with `n` = 22. The axis `k` has more values than are
+/// tried.
 fn one_pass(name: &str, derived: &str, subgraphs: &str, pass: &str) -> Project {
     let pipeline = format!(
         r#"{{ "format": 1, "name": "small", {}, {derived}

@@ -7,7 +7,7 @@ use umbragraph_test_support::scratch::ScratchFolder;
 
 use super::{umbragraph, verbose};
 
-/// A pipeline with so many errors: passes that read what is not there.
+/// Returns a pipeline with the given number of errors: passes that refer to missing resources.
 fn broken(errors: usize) -> String {
     let pass = |at: usize| {
         format!(

@@ -45,7 +45,7 @@ pub(super) struct Project {
 }
 
 impl Project {
-    /// A folder with a pipeline, its templates and its lock.
+    /// Creates a folder with a pipeline, its templates and its lock file.
     pub(super) fn new(name: &str) -> Self {
         let project = Self { folder: ScratchFolder::new(name) };
         for (file, text) in [
@@ -66,7 +66,7 @@ impl Project {
         project
     }
 
-    /// A second pipeline beside the first.
+    /// Adds a second pipeline beside the first.
     pub(super) fn with_other(self) -> Self {
         self.write("other.json", &self.read("small.json").replace("\"small\"", "\"other\""));
         self
@@ -104,7 +104,7 @@ impl Project {
         text(&output.stdout).to_string()
     }
 
-    /// The errors of `--locked`, each `PLACE: MESSAGE`.
+    /// Returns the errors of `--locked`, each as `PLACE: MESSAGE`.
     #[track_caller]
     fn differences(&self) -> Vec<String> {
         let output = self.permutations(&["--locked", "--format", "json"]);
@@ -128,7 +128,7 @@ impl Project {
     }
 }
 
-/// The cases of `lock.txt`: a name, edits (a file, a text, and its replacement), and what `--locked` says of them.
+/// Parses the cases of `lock.txt`: a name, edits (file, text, replacement), and the expected errors of `--locked`.
 fn cases() -> Vec<(String, Vec<[String; 3]>, Vec<String>)> {
     let cases = concat!("\n", include_str!("lock.txt")).split("\n== ").skip(1);
     let case = |case: &str| {

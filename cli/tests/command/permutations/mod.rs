@@ -30,7 +30,7 @@ const TEMPLATE: &str = "@vertex fn corner(@builtin(vertex_index) at: u32) -> @bu
 }
 ";
 
-/// A folder with a pipeline and its template, which a test breaks in one place.
+/// A folder with a pipeline and its template, in which a test introduces an error.
 struct Project {
     folder: ScratchFolder,
 }
@@ -52,7 +52,7 @@ impl Project {
         umbragraph(&[&first, verbose, further].concat())
     }
 
-    /// Runs `permutations`, which must find an error that says all of this.
+    /// Runs `permutations`, which must fail with errors that contain all of these texts.
     #[track_caller]
     fn rejected(&self, further: &[&str], says: &[&str]) -> String {
         umbragraph_test_support::command::rejected(&self.run("permutations", further), 1, says)
@@ -65,7 +65,7 @@ fn umbragraph(arguments: &[&str]) -> Output {
     command.args(arguments).current_dir(root).output().expect("the command")
 }
 
-/// Runs `permutations` with a line for each pass.
+/// Runs `permutations --verbose`, which prints a line for each pass.
 fn verbose(arguments: &[&str]) -> Output {
     umbragraph(&[&["permutations", "--verbose"], arguments].concat())
 }
@@ -74,7 +74,7 @@ fn json(output: &Output) -> serde_json::Value {
     serde_json::from_slice(&output.stdout).unwrap_or_else(|error| panic!("{error}: {}", text(&output.stdout)))
 }
 
-/// The pipelines of a folder of the workspace, by their paths in it.
+/// Returns the paths of the pipelines in a folder, relative to the workspace.
 fn pipelines(folder: &str) -> Vec<String> {
     let entries =
         std::fs::read_dir(PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..").join(folder)).unwrap();

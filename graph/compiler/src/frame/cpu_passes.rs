@@ -47,7 +47,7 @@ pub struct CpuPasses {
 }
 
 impl CpuPasses {
-    /// The passes of a plan, before their first frame.
+    /// Creates the state of a plan's CPU passes, before their first frame.
     pub fn new(plan: Arc<Plan>) -> Self {
         let run = |pass| cpu_work(&plan, pass).map(|cpu| cpu.node.start());
         let runs = plan.passes.iter().map(|planned| run(planned.handle)).collect();
@@ -152,7 +152,7 @@ impl CpuPasses {
         &self.plan
     }
 
-    /// The data that a pass published last, by the name of its resource.
+    /// Returns the data that a pass last published, by the name of its resource.
     pub fn data(&self, name: &str) -> Option<&BlackboardData> {
         self.data.get(self.plan.pipeline.find_resource(name)?.index())?.as_ref()
     }
@@ -162,8 +162,7 @@ impl CpuPasses {
         self.data.iter().flatten().flat_map(|data| data.notices().iter())
     }
 
-    /// The lights of a frame that no pass has read in it: they have no part in the picture. Lights with unusable values
-    /// are none of them.
+    /// Returns the names of the frame's valid lights that no pass has read, so that they do not affect the image.
     pub fn unread_lights<'f>(&self, frame: &'f FrameInput) -> Vec<&'f str> {
         let is_read =
             |at: usize| self.data.iter().flatten().any(|data| data.read_lights().contains(&(at as u32)));
@@ -171,8 +170,8 @@ impl CpuPasses {
         lights.filter(|(at, _)| !is_read(*at)).map(|(_, light)| &*light.name).collect()
     }
 
-    /// The sizes that passes want other than the plan has them, for [`crate::PlanOptions::data_sizes`]; `None`
-    /// if they are content. A frame is right without them too, only not as good.
+    /// Returns the sizes that passes request, for [`crate::PlanOptions::data_sizes`]; `None` if the planned sizes
+    /// suffice.
     pub fn wanted_sizes(&self) -> Option<BTreeMap<String, u32>> {
         let wants = |data: &BlackboardData| data.sizes().any(|(_, planned, wanted)| planned != wanted);
         if !self.data.iter().flatten().any(wants) {
@@ -199,7 +198,7 @@ impl CpuPasses {
         self.switches.set(&self.plan, toggles);
     }
 
-    /// The data that a reader of a resource sees: that of its fallback where toggles are switched.
+    /// Returns the data that readers of a resource get: the fallback's data where toggles select the fallback.
     pub fn seen(&self, resource: ResourceHandle) -> Option<&BlackboardData> {
         self.data.get(self.switches.seen(resource).index())?.as_ref()
     }

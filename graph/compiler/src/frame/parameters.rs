@@ -114,7 +114,7 @@ impl Parameters {
         self.scope.borrow(self.plan.pipeline.parameters.keys().nth(at)?)
     }
 
-    /// A number that is the same for plans with the same parameters: positions are good for these.
+    /// The identifier of the parameter layout: positions are valid only for plans with the same identifier.
     pub fn id(&self) -> u64 {
         self.id
     }
@@ -147,7 +147,7 @@ impl Parameters {
         Ok(())
     }
 
-    /// Sets what was set in the parameters of another plan, and of those before it, where it fits here.
+    /// Copies the values that were set on another plan's parameters, where they are valid for this plan.
     pub fn go_on_from(&mut self, before: &mut Self) {
         self.kept = std::mem::take(&mut before.kept);
         let set = before.plan.pipeline.parameters.keys().zip(&before.is_set).filter(|(_, is_set)| **is_set);

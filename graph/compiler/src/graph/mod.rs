@@ -35,10 +35,10 @@ use crate::regions::partial_read::PartialRead;
 use umbragraph_pipeline::pipeline::SubresourceRange;
 use umbragraph_pipeline::work::{PassHandle, ResourceHandle};
 
-/// A node of the graph.
+/// A node of the dependency graph.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum GraphNode {
-    /// A pass.
+    /// A pass of the pipeline.
     Pass(PassHandle),
     /// The version of a subresource range that one write made.
     Version {
@@ -46,9 +46,9 @@ pub enum GraphNode {
         resource: ResourceHandle,
         /// The subresource range.
         range: SubresourceRange,
-        /// Counts the writes of the resource in their order, from 1.
+        /// The version number: counts the writes of the resource in order, from 1.
         number: u32,
-        /// The pass that wrote it.
+        /// The pass that writes this version.
         writer: PassHandle,
     },
 }
@@ -60,27 +60,27 @@ pub enum Edge {
     Writes,
     /// An edge from a version to a pass that reads it.
     Reads,
-    /// An edge from a pass to one that has to run later.
+    /// An edge from a pass to another that must run later.
     Order(Hazard),
 }
 
-/// Why a pass has to run before another, where no data flows.
+/// The reason why one pass must run before another although no data flows between them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Hazard {
     /// The first reads what the second overwrites.
     WriteAfterRead(ResourceHandle),
     /// Both write the same subresource range.
     WriteAfterWrite(ResourceHandle),
-    /// The document says so.
+    /// The pipeline document declares the order with `after`.
     Explicit,
 }
 
-/// Passes, versions and hazards, and an order that respects them all.
+/// The dependency graph of passes and resource versions, with an order that respects all edges.
 #[derive(Clone, Debug)]
 pub struct Graph {
     /// The graph.
     pub graph: DiGraph<GraphNode, Edge>,
-    /// All passes, culled ones too, in an order that respects every edge; by the document where there is a choice.
+    /// All passes, including culled ones, in an order that respects every edge; document order where there is a choice.
     pub order: Vec<PassHandle>,
     pub(crate) nodes: Vec<NodeIndex>,
     /// The nodes of the versions of each resource, in their order.
@@ -94,12 +94,12 @@ pub struct Graph {
 }
 
 impl Graph {
-    /// The node of a pass.
+    /// Returns the graph node of a pass.
     pub fn node(&self, pass: PassHandle) -> NodeIndex {
         self.nodes[pass.index()]
     }
 
-    /// The passes whose writes a pass reads, with the resource, in the order of the edges.
+    /// Returns the passes whose writes a pass reads, each with the resource.
     pub fn producers(&self, pass: PassHandle) -> impl Iterator<Item = (PassHandle, ResourceHandle)> + '_ {
         self.graph.edges_directed(self.node(pass), Direction::Incoming).filter_map(|edge| {
             match self.graph[edge.source()] {
@@ -109,7 +109,7 @@ impl Graph {
         })
     }
 
-    /// The passes that read what a pass writes, with the resource.
+    /// Returns the passes that read a pass's writes, each with the resource.
     pub fn consumers(&self, pass: PassHandle) -> impl Iterator<Item = (PassHandle, ResourceHandle)> + '_ {
         self.versions(pass).flat_map(move |(node, resource)| {
             self.graph.neighbors(node).filter_map(move |reader| match self.graph[reader] {

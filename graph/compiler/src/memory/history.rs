@@ -18,14 +18,14 @@ use umbragraph_pipeline::language::WordValue;
 use umbragraph_pipeline::pipeline::{Pass, ResourceKind, TypedPipeline};
 use umbragraph_pipeline::work::ResourceHandle;
 
-/// A history that live passes use.
+/// A planned history: a resource whose earlier frames can be read.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct PlannedHistory {
-    /// The textures or buffers that take turns: in the first frame that of this frame, that of the frame before, and so
-    /// on; at frame f the copy at place p is that of (p + f) modulo the number of places frames ago.
+    /// The textures or buffers used in rotation. Place p holds, in frame f, the contents of (p + f) modulo the number
+    /// of places frames ago.
     pub places: Vec<Physical>,
-    /// The contents of earlier frames before there are any.
+    /// The contents of earlier frames before any were rendered.
     pub initial: InitialValue,
     /// The handle of the resource that each frame writes.
     #[serde(skip)]
@@ -36,15 +36,15 @@ pub struct PlannedHistory {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum InitialValue {
-    /// Red, green, blue and alpha.
+    /// A color: red, green, blue and alpha.
     Color([f64; 4]),
-    /// A depth.
+    /// A depth value.
     Depth(f64),
-    /// The bits of each four bytes.
+    /// The 32-bit pattern repeated through a buffer.
     Word(u32),
 }
 
-/// The histories of a plan by the names of their resources. `physical` has the place of each resource by its handle.
+/// Plans the histories, by resource name. `physical` holds the physical resource of each resource, indexed by handle.
 pub(crate) fn plan(
     resolved: &ResolvedResources<'_>,
     physical: &[Physical],
@@ -62,7 +62,7 @@ pub(crate) fn plan(
     planned.collect()
 }
 
-/// Finds initial values that are none, also of histories that nothing live uses.
+/// Reports invalid initial values, also of histories that no live pass uses.
 pub(crate) fn check_initial(resolved: &ResolvedResources<'_>, diagnostics: &mut Vec<Diagnostic>) {
     let pipeline = resolved.pipeline;
     for handle in pipeline.resource_handles() {
@@ -72,10 +72,11 @@ pub(crate) fn check_initial(resolved: &ResolvedResources<'_>, diagnostics: &mut 
     }
 }
 
-/// The initial value of a history; `None` after a diagnostic.
+/// Returns the initial value of a history; `None` if an earlier diagnostic prevents it.
 ///
 /// # Errors
-/// A value that no texel, or no four bytes, can have.
+///
+/// Fails for a value that no texel of the format, or no 32-bit word, can have.
 fn initial(
     resolved: &ResolvedResources<'_>,
     handle: ResourceHandle,
@@ -131,7 +132,7 @@ fn initial(
     }
 }
 
-/// Warns of histories that nothing writes, or that nothing reads frames back.
+/// Warns about histories that no pass writes, or of which no pass reads an earlier frame.
 pub(crate) fn check_use(pipeline: &TypedPipeline, diagnostics: &mut Diagnostics) {
     let (mut written, mut read_back) = (HashSet::new(), HashSet::new());
     for one in pipeline.passes.iter().flat_map(Pass::accesses) {

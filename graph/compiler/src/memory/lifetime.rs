@@ -18,45 +18,45 @@
 use std::cmp::Reverse;
 use std::collections::{BTreeSet, BinaryHeap};
 
-/// A resource that wants a place: its class, its bytes, and the first and last pass that use it.
+/// A resource that needs memory: its compatibility class, its bytes, and the first and last pass that use it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct AllocationRequest {
-    /// The class, numbered from 0: only resources of one class share memory.
+    /// The index of the compatibility class; only resources of one class share memory.
     pub(crate) class: usize,
-    /// Its bytes.
+    /// The size in bytes.
     pub(crate) bytes: u64,
-    /// The first pass of the order that uses it.
+    /// The position in execution order of the first pass that uses the resource.
     pub(crate) first: usize,
-    /// The last one.
+    /// The position in execution order of the last pass that uses the resource.
     pub(crate) last: usize,
 }
 
-/// The physical resource of each request.
+/// The physical resource assigned to each request.
 #[derive(Debug, Default)]
 pub(crate) struct Assignment {
-    /// The index of the physical resource of each wanted one. They are numbered by their first use.
+    /// The index of the physical resource for each request; physical resources are numbered by first use.
     pub(crate) places: Vec<usize>,
-    /// The bytes of each physical resource.
+    /// The size of each physical resource in bytes.
     pub(crate) bytes: Vec<u64>,
 }
 
-/// The physical resources of one class.
+/// The physical resources of one compatibility class during assignment.
 #[derive(Clone, Default)]
 struct CompatibilityClass {
-    /// The resources in use with the pass that uses them last, the earliest on top.
+    /// The physical resources in use as (position of the last pass, index), the earliest last pass on top.
     busy: BinaryHeap<Reverse<(usize, usize)>>,
-    /// The free resources: their bytes, the pass that used them last, and their index.
+    /// The free physical resources as (bytes, position of the last pass, index).
     free: BTreeSet<(u64, usize, usize)>,
 }
 
-/// The positions of requests by the start of their lifetimes.
+/// Returns the indices of the requests, sorted by the start of their lifetimes.
 pub(crate) fn by_start(requests: &[AllocationRequest]) -> Vec<usize> {
     let mut by_start: Vec<usize> = (0..requests.len()).collect();
     by_start.sort_by_key(|at| requests[*at].first);
     by_start
 }
 
-/// Gives each of the wanted ones a place.
+/// Assigns a physical resource to each request.
 pub(crate) fn assign(requests: &[AllocationRequest]) -> Assignment {
     let count = requests.iter().map(|request| request.class + 1).max().unwrap_or(0);
     let mut classes = vec![CompatibilityClass::default(); count];

@@ -5,50 +5,51 @@ use wgpu_types::{BufferUsages, TextureFormat, TextureUsages};
 
 use crate::request::texture_size::TextureSize;
 
-/// The physical resource that holds a resource.
+/// The physical texture, buffer or import that holds a resource.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Physical {
-    /// A texture of the plan.
+    /// A texture that the plan creates, by its index in `Plan::textures`.
     Texture(usize),
-    /// A buffer of the plan.
+    /// A buffer that the plan creates, by its index in `Plan::buffers`.
     Buffer(usize),
-    /// The host's own.
+    /// A texture or buffer that the host owns.
     Imported,
-    /// Blackboard data, on the CPU.
+    /// Blackboard data: CPU data passed between passes.
     Blackboard,
 }
 
-/// A texture to create.
+/// A texture that the plan creates.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PhysicalTexture {
-    /// The names of the resources that it stands for, in the order of their lifetimes; a long list is cut.
+    /// The debug label: names of the resources that use the texture, ordered by lifetime; a long list is truncated.
     pub label: String,
-    /// The format.
+    /// The texture format.
     pub format: TextureFormat,
-    /// The size.
+    /// The size of the texture.
     pub size: TextureSize,
-    /// Whether it is a volume.
+    /// Whether the texture is 3D.
     pub volume: bool,
-    /// The usages.
+    /// The usages to create the texture with.
     pub usages: TextureUsages,
-    /// The other format in which passes see it.
+    /// The second format in which passes view the texture; `None` if there is none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub view_format: Option<TextureFormat>,
-    /// Whether it is created with a layer more, so that OpenGL binds it as an array; the layer is in no count.
+    /// Whether one more layer is created so that OpenGL binds the texture as an array. No layer count includes this
+    /// layer.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub spare_layer: bool,
-    /// Its bytes, all mips, layers and samples.
+    /// The size in bytes, including all mip levels, layers and samples.
     pub bytes: u64,
 }
 
-/// A buffer to create.
+/// A buffer that the plan creates.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PhysicalBuffer {
-    /// The names of the resources that it stands for; a long list is cut.
+    /// The debug label: names of the resources that use the buffer; a long list is truncated.
     pub label: String,
-    /// Its size.
+    /// The size in bytes.
     pub bytes: u64,
-    /// The usages.
+    /// The usages to create the buffer with.
     pub usages: BufferUsages,
 }

@@ -23,138 +23,142 @@ use umbragraph_pipeline::work::{AttachmentTarget, LoadOperation, PassHandle, Res
 #[derive(Clone, Debug, Serialize)]
 #[non_exhaustive]
 pub struct Plan {
-    /// The pipeline's name.
+    /// The name of the pipeline.
     pub name: String,
-    /// Width and height of the picture in texels.
+    /// The width and height of the rendered image in texels.
     pub viewport: [u32; 2],
-    /// The live passes in the order in which they run.
+    /// The live (not culled) passes in execution order.
     pub passes: Vec<PlannedPass>,
-    /// The culled passes by name, each with the reason.
+    /// The culled passes by name, each with the reason for culling.
     pub culled: BTreeMap<String, CullReason>,
-    /// The filters of draws of the host's meshes, by geometry: the host draws for each what it stands for.
+    /// The mesh filters that draws of the host's meshes name, by the name of the geometry contract.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub filters: BTreeMap<String, BTreeSet<String>>,
-    /// The resources that live passes use, by name.
+    /// The planned resources that live passes use, by name.
     pub resources: BTreeMap<String, PlannedResource>,
-    /// The histories, by the name of the resource that each frame writes.
+    /// The history resources (readable in later frames), by the name of the resource that each frame writes.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub histories: BTreeMap<String, PlannedHistory>,
-    /// The textures to create.
+    /// The textures to create; [`Physical::Texture`] indexes this list.
     pub textures: Vec<PhysicalTexture>,
-    /// The buffers to create.
+    /// The buffers to create; [`Physical::Buffer`] indexes this list.
     pub buffers: Vec<PhysicalBuffer>,
-    /// Bytes of the transient and persistent resources if none shared memory.
+    /// The bytes that transient and persistent resources would need if none shared memory.
     pub bytes_without_aliasing: u64,
-    /// Bytes that are created.
+    /// The bytes of all created textures and buffers.
     pub bytes: u64,
-    /// Fewer bytes this order cannot do with: for each class of resources that can stand for one another the maximum
-    /// number of bytes that are alive at once, summed. Only buffers of different sizes can keep `bytes` above it.
+    /// The lower bound on `bytes` for this pass order: the peak of live bytes in each compatibility class, summed. Only
+    /// buffers of different sizes can keep `bytes` above this bound.
     pub bytes_bound: u64,
-    /// The maximum number of bytes that are alive at once over all classes together. No program of wgpu reaches it,
-    /// since memory never changes its class.
+    /// The maximum number of bytes alive at once over all compatibility classes. No wgpu program reaches this value,
+    /// since memory cannot change its class.
     pub bytes_peak: u64,
-    /// The sizes that blackboard data publishes, as `DATA.SIZE`, where they are other than their initial values.
+    /// The sizes that blackboard data publishes, keyed `DATA.SIZE`; only sizes that differ from their initial values
+    /// are listed.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub data_sizes: BTreeMap<String, u32>,
-    /// The toggles with their states where the host says nothing.
+    /// The toggles by name, each with its default state.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub toggles: BTreeMap<String, bool>,
-    /// The parameters: which can change from frame to frame, and what makes the others structural.
+    /// The parameters by name: whether each can change per frame, and which setting makes it structural if not.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub parameters: BTreeMap<String, PlannedParameter>,
-    /// The objective and method of the order, with its bytes.
+    /// The objective and method by which the pass order was chosen, with the bytes that the order needs.
     pub order: OrderReport,
-    /// The pipeline.
+    /// The pipeline that was planned.
     #[serde(skip)]
     pub pipeline: Arc<TypedPipeline>,
-    /// The portion of a plan that planning for another size reuses.
+    /// The part of the plan that does not depend on sizes and is reused when sizes change.
     #[serde(skip)]
     pub(crate) fixed: Arc<Fixed>,
 }
 
-/// The portion of a plan that does not depend on sizes.
+/// The part of a plan that does not depend on sizes.
 #[derive(Debug)]
 pub(crate) struct Fixed {
-    /// The position of each pass among the live ones.
+    /// The position of each pass in execution order, indexed by pass handle; `None` for a culled pass.
     pub(crate) positions: Vec<Option<usize>>,
-    /// The positions of the first and last access of each resource.
+    /// The positions of the first and last pass that access each resource, indexed by resource handle; `None` if
+    /// unused.
     pub(crate) spans: Vec<Option<(usize, usize)>>,
-    /// Whether a pass that can be off is the first to write some subresource range, for each resource.
+    /// For each resource, indexed by handle: `true` if the first writer of some subresource range can be toggled off.
     pub(crate) conditional: Vec<bool>,
-    /// The description of each resource when the plan was made.
+    /// The properties that each resource had when the plan was made, indexed by handle; `None` if unused.
     pub(crate) resolved: Vec<Option<ResolvedResource>>,
-    /// The formats and usages of the host's own textures.
+    /// The formats and usages of the imported textures, by resource name.
     pub(crate) import_kinds: BTreeMap<String, (TextureFormat, TextureUsages)>,
     /// Whether transient resources may share memory.
     pub(crate) aliasing: bool,
 }
 
-/// A live pass.
+/// A live (not culled) pass.
 #[derive(Clone, Debug, Serialize)]
 #[non_exhaustive]
 pub struct PlannedPass {
-    /// Its name.
+    /// The name of the pass.
     pub name: String,
-    /// Its node kind.
+    /// The name of the node kind that made the pass.
     pub kind: String,
-    /// The toggle with which it runs, or with "!" in front the one without which it runs.
+    /// The toggle that must be on for the pass to run, or off if the name has a "!" prefix; `None` if it always runs.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub toggle: Option<String>,
-    /// The fallbacks that readers see in a frame without it, by the resource that they replace.
+    /// The fallback that readers get in frames in which this pass is off, by the name of the replaced resource.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub passthrough: BTreeMap<String, String>,
-    /// Why it is kept: the first step of the way to an output. [`Plan::why_kept`] gives the whole way.
+    /// The reason for keeping the pass: the first step of the path to an output. [`Plan::why_kept`] gives the full
+    /// path.
     pub kept: Kept,
-    /// The color attachments.
+    /// The color attachments in the order of their slots.
     pub color: Vec<PlannedAttachment>,
-    /// The depth attachment.
+    /// The depth attachment, if the pass has one.
     pub depth: Option<PlannedAttachment>,
-    /// The stencil attachment.
+    /// The stencil attachment, if the pass has one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stencil: Option<PlannedAttachment>,
-    /// Neighbouring passes with one number can be recorded as one render pass: they have the same attachments, the
-    /// later ones load, and nothing but those attachments connects them.
+    /// The number of the render pass group. Neighbouring passes with the same number can be recorded as one render
+    /// pass: they have the same attachments, later ones load, and nothing but the attachments connects them.
     pub group: usize,
-    /// The number of workgroups.
+    /// The workgroup counts in x, y and z of a compute pass; `None` for other passes and indirect dispatches.
     pub workgroups: Option<[u32; 3]>,
-    /// The copies or clears, in their order.
+    /// The copies or clears, in recording order.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub copies: Vec<PlannedCopy>,
-    /// The shader variants: the template with what was chosen, the hash of the text, and the pipeline constants.
+    /// The shader variants in words: the template with its axis values, the hash of the shader source, and the pipeline
+    /// constants.
     pub variants: Vec<String>,
-    /// The constant blocks.
+    /// The constant blocks of the pass with their packed bytes.
     pub blocks: Vec<PackedBlock>,
-    /// The settings that are evaluated again when a live parameter changes.
+    /// The settings that are re-evaluated when a live (per-frame) parameter changes.
     #[serde(skip)]
     pub live: Vec<PlannedSetting>,
-    /// The pass.
+    /// The handle of the pass in the pipeline.
     #[serde(skip)]
     pub handle: PassHandle,
-    /// Why it is kept, by handles.
+    /// The reason for keeping the pass, with handles in place of names.
     #[serde(skip)]
     pub reason: KeepReason,
 }
 
 impl PlannedPass {
-    /// All attachments: color, depth, stencil.
+    /// Returns all attachments: color, then depth, then stencil.
     pub fn attachments(&self) -> impl Iterator<Item = &PlannedAttachment> {
         self.color.iter().chain(&self.depth).chain(&self.stencil)
     }
 }
 
-/// The load and store operations of an attachment.
+/// An attachment of a planned pass with its load and store operations.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct PlannedAttachment {
-    /// The resource.
+    /// The name of the attached resource.
     pub resource: String,
     /// The load operation: `load`, `clear` or `discard`.
     #[serde(serialize_with = "load_word")]
     pub load: LoadOperation<()>,
     /// The store operation.
     pub store: StoreOperation,
-    /// Whether nothing of it ever leaves the pass: it is not loaded, not stored and used nowhere else. A tiling device
-    /// needs no memory for it.
+    /// Whether the attachment never leaves the pass: not loaded, not stored and used nowhere else. A tiling GPU needs
+    /// no memory for such an attachment.
     pub transient_attachment: bool,
     /// The handle.
     #[serde(skip)]
@@ -174,9 +178,9 @@ fn load_word<S: serde::Serializer>(load: &LoadOperation<()>, serializer: S) -> R
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum StoreOperation {
-    /// It is kept, because something later needs it.
+    /// The result is stored, because a later pass, a later frame or the host needs it.
     Store,
-    /// It is not needed any more.
+    /// The result is discarded, because nothing needs it any more.
     Discard,
 }
 
@@ -184,57 +188,56 @@ pub enum StoreOperation {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct PlannedResource {
-    /// Its lifetime.
+    /// The lifetime of the resource: transient, persistent or imported, for example.
     pub lifetime: Lifetime,
-    /// The first pass that uses it, as its position in the order.
+    /// The position in execution order of the first pass that uses the resource.
     pub first: usize,
-    /// The last pass that uses it.
+    /// The position in execution order of the last pass that uses the resource.
     pub last: usize,
-    /// The physical resource that holds it.
+    /// The physical texture, buffer or import that holds the resource.
     pub physical: Physical,
-    /// The format, of a texture.
+    /// The texture format; `None` unless the resource is a texture.
     pub format: Option<TextureFormat>,
-    /// The other format in which passes see it, of a texture.
+    /// The second format in which passes view the texture; `None` if there is none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub view_format: Option<TextureFormat>,
-    /// The size, of a texture.
+    /// The texture size; `None` unless the resource is a texture.
     pub size: Option<TextureSize>,
-    /// The usages that its uses need, of a texture.
+    /// The texture usages that the accesses of the live passes need; `None` unless the resource is a texture.
     pub usages: Option<TextureUsages>,
-    /// Its bytes; 0 for blackboard data.
+    /// The size in bytes; 0 for blackboard data (CPU data passed between passes).
     pub bytes: u64,
-    /// Whether a toggle can switch off what writes it first, so that it has memory of its own.
+    /// Whether a toggle can switch off the first writer, so that the resource has memory of its own.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub conditional: bool,
-    /// The handle.
+    /// The handle of the resource in the pipeline.
     #[serde(skip)]
     pub handle: ResourceHandle,
 }
 
 impl Plan {
-    /// The planned form of a resource.
+    /// Returns the planned resource for a handle; `None` if no live pass uses it.
     pub fn resource(&self, handle: ResourceHandle) -> Option<&PlannedResource> {
         self.resources.get(&self.pipeline.resource(handle).name)
     }
 
-    /// The host's own textures and buffers that the plan uses, by name. One of the pipeline that no live pass uses is
-    /// none of them.
+    /// Returns the host's own textures and buffers that live passes use, by name.
     pub fn imports(&self) -> impl Iterator<Item = (&str, &PlannedResource)> {
         let imported = self.resources.iter().filter(|(_, one)| one.physical == Physical::Imported);
         imported.map(|(name, one)| (name.as_str(), one))
     }
 
-    /// A live pass.
+    /// Returns the planned pass for a handle; `None` if the pass is culled.
     pub fn pass(&self, handle: PassHandle) -> Option<&PlannedPass> {
         self.passes.get(self.position(handle)?)
     }
 
-    /// The position of a pass among the live ones; `None` for a culled pass.
+    /// Returns the position of a pass in execution order; `None` if the pass is culled.
     pub fn position(&self, handle: PassHandle) -> Option<usize> {
         self.fixed.positions.get(handle.index()).copied().flatten()
     }
 
-    /// Whether the usage of a resource by a pass writes it.
+    /// Returns `true` if the pass writes the resource.
     pub fn writes(&self, pass: PassHandle, resource: ResourceHandle) -> bool {
         self.pipeline.pass(pass).writes(resource)
     }

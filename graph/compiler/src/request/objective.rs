@@ -2,17 +2,17 @@
 
 use serde::Serialize;
 
-/// The objective of the order of the passes.
+/// The objective by which the execution order of the passes is chosen.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum Objective {
-    /// The order of the document where the graph leaves a choice.
+    /// Document order wherever the dependencies leave a choice.
     #[default]
     Declaration,
-    /// Few bytes.
+    /// The fewest bytes of texture and buffer memory.
     Memory,
-    /// Few render passes.
+    /// The fewest render passes after merging.
     FewPasses,
 }
 
@@ -20,7 +20,7 @@ impl Objective {
     /// All objectives.
     pub const ALL: [Self; 3] = [Self::Declaration, Self::Memory, Self::FewPasses];
 
-    /// `declaration`, `memory` or `few-passes`.
+    /// The name of the objective: `declaration`, `memory` or `few-passes`.
     pub fn name(self) -> &'static str {
         match self {
             Self::Declaration => "declaration",
@@ -30,41 +30,42 @@ impl Objective {
     }
 }
 
-/// The objective and method of an order, and its bytes.
+/// The objective and method by which a pass order was chosen, with the bytes or render passes that result.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[non_exhaustive]
 pub struct OrderReport {
-    /// The objective.
+    /// The objective of the order.
     pub objective: Objective,
-    /// The method.
+    /// The method by which the order was found.
     pub method: OrderMethod,
-    /// For `memory`: what was reached, and against what.
+    /// The bytes of document order and chosen order, with a lower bound; `None` unless the objective is `memory`.
     pub memory: Option<MemoryOrder>,
-    /// For `few-passes`: the render passes of the order of the document, and of the one chosen.
+    /// The numbers of render passes in document order and in the chosen order; `None` unless the objective is
+    /// `few-passes`.
     pub render_passes: Option<[usize; 2]>,
 }
 
-/// The method by which an order was found.
+/// The method by which a pass order was found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum OrderMethod {
-    /// The order of the document.
+    /// Document order.
     Declaration,
-    /// No order is better.
+    /// An exact search: no order is better.
     Exact,
-    /// A good one.
+    /// A heuristic: a better order may exist.
     Heuristic,
 }
 
-/// The bytes that the frame needs in two orders, and a lower bound.
+/// The bytes that the frame needs in document order and in the chosen order, with a lower bound.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[non_exhaustive]
 pub struct MemoryOrder {
-    /// The order of the document.
+    /// The bytes that document order needs.
     pub declaration: u64,
-    /// The bytes of the chosen order.
+    /// The bytes that the chosen order needs.
     pub chosen: u64,
-    /// A lower bound for any order: what single passes need at once, summed over the classes.
+    /// A lower bound in bytes for every order: the most that a single pass uses, summed over the compatibility classes.
     pub bound: u64,
 }

@@ -7,25 +7,25 @@ use wgpu_types::{TextureFormat, TextureUsages};
 use crate::request::objective::Objective;
 use crate::request::texture_size::TextureSize;
 
-/// The caller's knowledge of a frame in advance: viewport, imports, objective.
+/// The caller's options for planning a frame: viewport, imported textures, published sizes, aliasing and objective.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct PlanOptions {
-    /// Width and height of the picture in texels.
+    /// The width and height of the rendered image in texels.
     pub viewport: [u32; 2],
-    /// The host's own textures by the name of the resource that stands for them. One that is not told is taken to be
-    /// as the pipeline declares it.
+    /// The host's own textures by resource name. A texture that is not listed is assumed to be as the pipeline declares
+    /// it.
     pub imports: BTreeMap<String, ImportDescriptor>,
-    /// The sizes that blackboard data publishes, as `DATA.SIZE`, where they are other than their initial values.
+    /// The sizes that blackboard data publishes, keyed `DATA.SIZE`; sizes not listed keep their initial values.
     pub data_sizes: BTreeMap<String, u32>,
     /// Whether transient resources may share memory.
     pub aliasing: bool,
-    /// The objective of the order of the passes.
+    /// The objective by which the order of the passes is chosen.
     pub objective: Objective,
 }
 
 impl PlanOptions {
-    /// A viewport, no imports told, with aliasing, in the order of the document.
+    /// Options for a viewport in texels, with no imports described, aliasing on, and passes in document order.
     pub fn new(width: u32, height: u32) -> Self {
         Self {
             viewport: [width, height],
@@ -41,27 +41,27 @@ impl PlanOptions {
         viewport: [u32; 2],
         /// Sets the sizes that blackboard data publishes.
         data_sizes: BTreeMap<String, u32>,
-        /// Whether transient resources may share memory.
+        /// Sets whether transient resources may share memory.
         aliasing: bool,
         /// Sets the objective by which passes are ordered.
         objective: Objective,
     }
 }
 
-/// A texture of the host's own: its format, its size and the usages that it was created with.
+/// A texture that the host owns: its format, its size and the usages that it was created with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct ImportDescriptor {
-    /// Its format.
+    /// The texture format.
     pub format: TextureFormat,
-    /// Its size.
+    /// The size of the texture.
     pub size: TextureSize,
-    /// Its usages; all without it.
+    /// The usages that the texture was created with.
     pub usages: TextureUsages,
 }
 
 impl ImportDescriptor {
-    /// A texture of a format and a size, which allows every usage.
+    /// Describes a texture of a format and size that allows every usage.
     pub fn new(format: TextureFormat, size: TextureSize) -> Self {
         Self { format, size, usages: TextureUsages::all() }
     }
@@ -74,7 +74,7 @@ impl ImportDescriptor {
 }
 
 impl PlanOptions {
-    /// The formats and usages of the host's own textures.
+    /// Returns the format and usages of each imported texture, by resource name.
     pub(crate) fn import_kinds(&self) -> BTreeMap<String, (TextureFormat, TextureUsages)> {
         let kind = |import: &ImportDescriptor| (import.format, import.usages);
         self.imports.iter().map(|(name, import)| (name.clone(), kind(import))).collect()

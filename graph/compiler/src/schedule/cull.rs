@@ -21,40 +21,41 @@ use umbragraph_pipeline::language::Lifetime;
 use umbragraph_pipeline::pipeline::{Access, SubresourceRange, TypedPipeline};
 use umbragraph_pipeline::work::{PassHandle, ResourceHandle, Work};
 
-/// Why a pass is kept: by handles, or by names ([`Kept`]).
+/// The reason why a pass is kept, with handles or with names ([`Kept`]).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum KeepReason<Reader = (PassHandle, ResourceHandle), Resource = ResourceHandle> {
-    /// It says that it has a side effect.
+    /// The pass declares a side effect.
     SideEffect,
-    /// It writes a resource that outlives the frame.
+    /// The pass writes a resource that outlives the frame.
     Output(Resource),
-    /// A kept pass reads what it writes.
+    /// A kept pass reads a resource that this pass writes.
     ReadBy(Reader),
-    /// A kept pass reads what it writes some frames later: the resource is the earlier frame that the pass reads.
+    /// A kept pass reads, in a later frame, a history that this pass writes. The stored resource is the earlier frame
+    /// that the reader names.
     ReadLater(Reader),
-    /// A kept pass may read what it writes: the resource has more writers of different ranges or toggles than are
-    /// distinguished.
+    /// A kept pass may read a resource that this pass writes: the writers' ranges or toggles are too many to
+    /// distinguish.
     MayBeReadBy(Reader),
-    /// A resource that outlives the frame may keep what it writes: the resource has more writers of different ranges
-    /// or toggles than are distinguished.
+    /// A resource that outlives the frame may keep this pass's writes: the writers' ranges or toggles are too many to
+    /// distinguish.
     MayBeLeft(Resource),
 }
 
-/// Why a pass is kept, by names.
+/// The reason why a pass is kept, with names in place of handles.
 pub type Kept = KeepReason<ReaderName, String>;
 
-/// A kept pass with the resource that it reads.
+/// The name of a kept pass with the resource that it reads.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct ReaderName {
-    /// The reader.
+    /// The name of the reading pass.
     pub pass: String,
-    /// The resource that it reads.
+    /// The name of the resource that the pass reads.
     pub resource: String,
 }
 
 impl KeepReason {
-    /// The reason with names in place of handles.
+    /// Converts the handles to names.
     pub(crate) fn named(self, pipeline: &TypedPipeline) -> Kept {
         let name = |handle| pipeline.resource(handle).name.clone();
         let reader = |(pass, of)| ReaderName { pass: pipeline.pass(pass).name.clone(), resource: name(of) };
@@ -69,19 +70,19 @@ impl KeepReason {
     }
 }
 
-/// Why a pass is culled.
+/// The reason why a pass is culled.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum CullReason {
-    /// It writes nothing.
+    /// The pass writes nothing.
     WritesNothing,
-    /// No pass reads the resources that it writes.
+    /// No pass reads the named resources, which this pass writes.
     NothingReads(Vec<String>),
-    /// Only culled passes read what it writes.
+    /// Only the named passes, which are culled, read the resources that this pass writes.
     OnlyCulledRead(Vec<String>),
 }
 
-/// The reason why each pass is kept; `None` for culled passes.
+/// Returns the reason for keeping each pass, indexed by pass handle; `None` for culled passes.
 pub(crate) fn keep(pipeline: &TypedPipeline, graph: &Graph) -> Vec<Option<KeepReason>> {
     let mut kept: Vec<Option<KeepReason>> = vec![None; pipeline.passes.len()];
     for resource in pipeline.resource_handles().filter(|resource| {
@@ -138,9 +139,9 @@ pub(crate) fn keep(pipeline: &TypedPipeline, graph: &Graph) -> Vec<Option<KeepRe
     kept
 }
 
-/// The passes of whose writes something is left at the end of the frame: those that no later attachment with a clear
-/// or discard covers whole. Storage that does not say that it replaces everything, and copies, may leave texels as they
-/// were, so they never count as covering. Nothing is left of what an attachment discards.
+/// Returns the passes whose writes to a resource survive to the end of the frame. A later attachment that is cleared or
+/// discarded replaces earlier writes. Copies, and storage writes that do not declare a full replacement, never count as
+/// covering. Writes to a discarded attachment do not survive.
 pub fn surviving_writers(
     pipeline: &TypedPipeline,
     graph: &Graph,
@@ -149,7 +150,7 @@ pub fn surviving_writers(
     survivors(pipeline, graph, resource).0
 }
 
-/// The passes of whose writes something is left, and whether there may be fewer of them.
+/// Returns the passes whose writes survive to the end of the frame, and whether the list may contain too many.
 fn survivors(pipeline: &TypedPipeline, graph: &Graph, resource: ResourceHandle) -> (Vec<PassHandle>, bool) {
     let discards = |range: SubresourceRange, writer: PassHandle| match pipeline.pass(writer).work() {
         Work::Render(render) => discards::discards(render, resource, range),
@@ -191,12 +192,12 @@ fn survivors(pipeline: &TypedPipeline, graph: &Graph, resource: ResourceHandle) 
     (writers, view.is_coarse)
 }
 
-/// Whether a resource is declared without layers, so that every attachment of it is the same one.
+/// Returns `true` if a resource is declared without layers, so that all its attachments are the same layer.
 pub(crate) fn single_layer(pipeline: &TypedPipeline, resource: ResourceHandle) -> bool {
     pipeline.resource(resource).texture().is_some_and(|texture| texture.layers.is_none())
 }
 
-/// Why a pass is culled.
+/// Returns the reason for culling a pass.
 pub(crate) fn cull_reason(
     pipeline: &TypedPipeline,
     graph: &Graph,
@@ -221,8 +222,7 @@ pub(crate) fn cull_reason(
     if readers.is_empty() { CullReason::NothingReads(written) } else { CullReason::OnlyCulledRead(readers) }
 }
 
-/// The other culled passes that read, some frames later, the histories that a pass writes. To those that are kept
-/// nothing is left of what it writes.
+/// Returns the other culled passes that read earlier frames of the histories that a pass writes.
 fn readers_later(pipeline: &TypedPipeline, kept: &[Option<KeepReason>], pass: PassHandle) -> Vec<PassHandle> {
     let history = |one: &Access| pipeline.resource(one.resource).history;
     let writes = pipeline.pass(pass).accesses().iter().filter(|one| one.usage.writes());

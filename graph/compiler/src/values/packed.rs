@@ -11,14 +11,14 @@ use umbragraph_pipeline::pipeline::{element_type, member_runs, whole_number};
 use umbragraph_pipeline::shader::{Member, TypeLayout};
 use umbragraph_pipeline::work::{BlockValues, Live};
 
-/// The bytes of one block.
+/// The packed bytes of one constant block.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct PackedBlock {
-    /// The bind group.
+    /// The bind group index of the block.
     pub group: u32,
-    /// The binding in it.
+    /// The binding index of the block within the bind group.
     pub binding: u32,
-    /// The bytes.
+    /// The contents of the block in its shader memory layout.
     pub bytes: Vec<u8>,
 }
 

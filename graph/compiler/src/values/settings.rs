@@ -7,13 +7,13 @@ use crate::values::packed::Packing;
 use umbragraph_pipeline::expression::{Expression, ExpressionKind, Scope as _};
 use umbragraph_pipeline::pipeline::{LiveSetting, TypedPipeline, with_names};
 
-/// A parameter in a plan: live, or structural.
+/// A parameter in a plan: live (can change per frame) or structural (needs a new plan).
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[non_exhaustive]
 pub struct PlannedParameter {
     /// Whether it can change from frame to frame.
     pub live: bool,
-    /// The setting that makes it structural, by its JSON pointer.
+    /// The JSON pointer of the setting that makes the parameter structural; `None` if the parameter is live.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub structural_at: Option<String>,
 }

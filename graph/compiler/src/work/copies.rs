@@ -23,78 +23,78 @@ use umbragraph_pipeline::work::{
     BufferRegion, Deferred, PassHandle, ResourceHandle, TextureRegion, TransferEnd, TransferWork, Work,
 };
 
-/// One copy, or clear, of a plan.
+/// One copy or clear command of a planned transfer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum PlannedCopy {
-    /// Bytes of a buffer become zero.
+    /// Fills bytes of a buffer with zeros.
     Clear {
-        /// The first byte.
+        /// The offset in bytes of the first cleared byte.
         offset: u64,
-        /// The count.
+        /// The number of bytes to clear.
         bytes: u64,
     },
-    /// Bytes of one buffer to another.
+    /// Copies bytes from one buffer to another.
     Bytes {
-        /// The first byte of the source.
+        /// The byte offset in the source.
         from: u64,
-        /// The first byte of the destination.
+        /// The byte offset in the destination.
         to: u64,
-        /// The count.
+        /// The number of bytes to copy.
         bytes: u64,
     },
-    /// Texels of one texture to another.
+    /// Copies texels from one texture to another.
     Texels {
-        /// The first texel of the source.
+        /// The first texel in the source.
         from: TexelOrigin,
-        /// The first texel of the destination.
+        /// The first texel in the destination.
         to: TexelOrigin,
         /// Width, height, and layers or slices (unit: texels).
         extent: [u32; 3],
     },
-    /// Texels from a buffer to a texture.
+    /// Copies texels from a buffer to a texture.
     Upload {
-        /// Their layout in the buffer.
+        /// The layout of the texels in the source buffer.
         from: TexelRows,
-        /// The first texel of the destination.
+        /// The first texel in the destination.
         to: TexelOrigin,
         /// Width, height, and layers or slices (unit: texels).
         extent: [u32; 3],
     },
-    /// Texels of a texture to a buffer.
+    /// Copies texels from a texture to a buffer.
     Download {
-        /// The first texel of the source.
+        /// The first texel in the source.
         from: TexelOrigin,
-        /// Their layout in the buffer.
+        /// The layout of the texels in the destination buffer.
         to: TexelRows,
         /// Width, height, and layers or slices (unit: texels).
         extent: [u32; 3],
     },
 }
 
-/// The texel with which a copy begins.
+/// The first texel of a copied box in a texture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct TexelOrigin {
     /// The mip level.
     pub mip: u32,
-    /// Offset from the left, offset from the top, and the layer or slice (unit: texels).
+    /// The x and y offsets from the top left in texels, and the index of the layer or depth slice.
     pub at: [u32; 3],
-    /// The aspect.
+    /// The aspect of the texture: color, depth or stencil.
     pub aspect: Aspect,
 }
 
-/// The layout of texels in a buffer.
+/// The layout of texel rows in a buffer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct TexelRows {
-    /// The first byte.
+    /// The byte offset of the first texel.
     pub offset: u64,
-    /// Distance between rows (unit: bytes).
+    /// The distance between rows in bytes.
     pub bytes_per_row: u32,
-    /// Distance between layers or slices (unit: rows).
+    /// The distance between layers or depth slices in rows.
     pub rows_per_image: u32,
 }
 
-/// The copies of a transfer; `None` after a diagnostic.
+/// Returns the copy commands of a transfer; `None` after a diagnostic.
 pub(crate) fn copies(
     resolved: &ResolvedResources<'_>,
     transfer: &TransferWork,
@@ -124,11 +124,11 @@ pub(crate) fn copies(
     }
 }
 
-/// The maximum number of runs of bytes that are distinguished.
+/// The maximum number of byte ranges that are distinguished.
 const MAXIMUM_RUNS: u64 = 1 << 16;
 
-/// The bytes of its buffer in which a copy puts texels, or from which it takes them, row by row; `None` where it does
-/// no such thing, or where the rows are too many.
+/// Returns the byte ranges that the rows of a texture-buffer copy occupy in the buffer. `None` if the pass is no such
+/// copy, or has too many rows.
 pub(crate) fn runs_of_rows(resolved: &ResolvedResources<'_>, handle: PassHandle) -> Option<Runs> {
     let Work::Transfer(transfer) = resolved.pipeline.pass(handle).work() else { return None };
     let texture = match (transfer.source.as_ref()?, &transfer.destination) {
@@ -171,7 +171,7 @@ impl Copies<'_, '_> {
         self.resolved.pipeline.resource(resource).name.clone()
     }
 
-    /// A diagnostic where the pass names what it copies from or to.
+    /// Reports a diagnostic at the source or destination of the transfer in the document. Always returns `None`.
     fn reject<T>(
         &mut self,
         resource: ResourceHandle,
@@ -189,7 +189,7 @@ impl Copies<'_, '_> {
         None
     }
 
-    /// The first byte and the number of bytes.
+    /// Returns the byte offset and the number of bytes of a buffer region; `None` after a diagnostic.
     fn run(&self, region: &BufferRegion) -> Option<(u64, u64)> {
         let all = self.resolved.get(region.buffer.resource)?.bytes;
         Some(region.buffer.range.bytes.map_or((0, all), |run| (run.first, run.count)))
@@ -211,7 +211,7 @@ impl Copies<'_, '_> {
         Some(PlannedCopy::Bytes { from: first, to: start, bytes: source })
     }
 
-    /// Texture to texture.
+    /// Returns the copies from one texture to another; `None` after a diagnostic.
     fn texels(
         &mut self,
         from: &TextureRegion,
@@ -274,7 +274,8 @@ impl Copies<'_, '_> {
         Some(copies)
     }
 
-    /// The copies between a texture and a buffer: for each mip level, its texels and its rows in the buffer.
+    /// Returns the copies between a texture and a buffer: per mip level, the texel origin, the buffer layout and the
+    /// extent.
     fn rows(
         &mut self,
         region: &TextureRegion,
@@ -348,7 +349,7 @@ impl Copies<'_, '_> {
         Some(rows)
     }
 
-    /// The aspect as a device takes it; `None` where the format has no such thing.
+    /// Returns the aspect for the device; `None` after a diagnostic, if the format lacks the aspect.
     fn aspect(
         &mut self,
         region: &TextureRegion,
@@ -371,7 +372,7 @@ impl Copies<'_, '_> {
         Some(aspect)
     }
 
-    /// The first texel of each mip level and the number of texels; `None` after a diagnostic.
+    /// Returns the first texel and the extent in texels of each mip level; `None` after a diagnostic.
     fn boxes(
         &mut self,
         region: &TextureRegion,

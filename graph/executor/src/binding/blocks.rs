@@ -19,7 +19,8 @@ use umbragraph_pipeline::diagnostic::{Diagnostic, Place as DiagnosticPlace, code
 use umbragraph_pipeline::pipeline::ResourceKind;
 use umbragraph_pipeline::work::{BlockLayout, BoundSlot, ResourceHandle, SlotSource, Work};
 
-/// A block in the buffer; for a block `view` the first of several.
+/// The byte range of a uniform or storage block in the buffer of blocks; for the block `view`, the range of the first
+/// view.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Place {
     pub(crate) offset: u64,
@@ -29,34 +30,34 @@ pub(crate) struct Place {
 }
 
 impl Place {
-    /// The dynamic offset of a view's block.
+    /// The dynamic offset, in bytes, of the block of a view.
     pub(crate) fn view_offset(self, view: usize) -> u32 {
         u32::try_from(self.stride * view as u64).unwrap_or(0)
     }
 }
 
-/// The blocks of a plan.
+/// The blocks of all passes of a plan, and their layout in one buffer.
 pub(crate) struct Blocks {
-    /// Bytes of the buffer.
+    /// The size of the buffer, in bytes.
     pub(crate) size: u64,
-    /// The block of each slot of each pass of the plan, if the module fills it.
+    /// The block of each slot, by pass of the plan; `None` if the executor does not fill the slot.
     places: Vec<Vec<Option<Place>>>,
-    /// The offsets of blackboard data in each block, parallel to `places`.
+    /// The byte offsets of blackboard data in each block, parallel to `places`.
     layouts: Vec<Vec<Option<BlockLayout>>>,
     staging: Vec<u8>,
-    /// The bytes of it that the record uses, in order.
+    /// The byte ranges of `staging` that the current record uses, in ascending order.
     used: Vec<Range<u64>>,
     view: BlackboardData,
 }
 
-/// Bytes between two uploads that cost less than another upload.
+/// The gap between two uploads, in bytes, up to which one joint upload is cheaper than two.
 const SMALL_GAP: u64 = 16 << 10;
 
 impl Blocks {
     /// Lays out the blocks of a plan.
     ///
     /// # Errors
-    /// More bytes than a buffer of the device can have.
+    /// Blocks that need more bytes than a buffer of the device can have.
     pub(crate) fn new(plan: &Plan, limits: &wgpu::Limits) -> Result<Self, Diagnostic> {
         let alignment =
             limits.min_uniform_buffer_offset_alignment.max(limits.min_storage_buffer_offset_alignment);
@@ -101,12 +102,12 @@ impl Blocks {
         Ok(blocks)
     }
 
-    /// The blocks of a pass by its slots.
+    /// The blocks of the pass at an index of the plan, one entry per slot.
     pub(crate) fn places(&self, pass: usize) -> &[Option<Place>] {
         self.places.get(pass).map(Vec::as_slice).unwrap_or_default()
     }
 
-    /// Replaces the constants of a block of the pass at a position.
+    /// Replaces the constants in a block of the pass at an index of the plan.
     pub(crate) fn replace(&mut self, plan: &Plan, pass: usize, block: &PackedBlock) {
         let Some((planned, places)) = plan.passes.get(pass).zip(self.places.get(pass)) else { return };
         let slots = slots(plan.pipeline.pass(planned.handle).work());
@@ -117,7 +118,7 @@ impl Blocks {
         }
     }
 
-    /// Packs the blocks of one record: where the bytes that it uses go, and they.
+    /// Packs the blocks of one record. Returns the byte offset in the buffer and the bytes of each upload.
     pub(crate) fn pack(&mut self, plan: &Plan, cpu_passes: &CpuPasses) -> impl Iterator<Item = (u64, &[u8])> {
         let of = |handle: ResourceHandle| cpu_passes.seen(handle);
         self.used.clear();

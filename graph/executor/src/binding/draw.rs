@@ -10,10 +10,10 @@ use umbragraph_pipeline::work::DrawOrder;
 
 use umbragraph_compiler::Plan;
 
-/// The interfaces that a draw source has stated, by geometry contract.
+/// The interfaces that draw sources have declared, by geometry contract.
 pub(crate) type Stated = BTreeMap<String, HostInterface>;
 
-/// The sources of mesh storage: the host's draw source, or the storage that an earlier one declared.
+/// The sources of mesh layouts: the host's draw source, or the interfaces that an earlier draw source declared.
 #[derive(Clone, Copy)]
 pub(crate) struct Host<'a> {
     pub(crate) source: Option<&'a dyn DrawSource>,
@@ -21,7 +21,7 @@ pub(crate) struct Host<'a> {
 }
 
 impl<'a> Host<'a> {
-    /// The storage that the host declares for a geometry contract.
+    /// Returns the interface that the host declares for a geometry contract; `None` if the host declares none.
     pub(crate) fn stated(self, geometry: &str) -> Option<&'a HostInterface> {
         match self.source {
             Some(source) => source.interface(geometry),
@@ -29,54 +29,58 @@ impl<'a> Host<'a> {
         }
     }
 
-    /// The storage of a geometry contract: as the host states it, or else as the plan was made with.
+    /// Returns the interface of a geometry contract: as the host declares it, or else as the plan was made with.
     pub(crate) fn interface(self, plan: &'a Plan, geometry: &str) -> Option<&'a HostInterface> {
         self.stated(geometry).or_else(|| plan.pipeline.hosts.get(geometry))
     }
 }
 
-/// A host's meshes, as a pipeline draws them.
+/// The host's meshes, drawn by a pipeline's passes on request.
 pub trait DrawSource: wgpu::WasmNotSend + wgpu::WasmNotSync {
-    /// The host's storage of a geometry contract, where it is not what the plan was made with (`Library::host`).
+    /// Returns the host's mesh layout for a geometry contract; `None` if the layout of the plan (`Library::host`)
+    /// holds.
     fn interface(&self, geometry: &str) -> Option<&HostInterface> {
         let _ = geometry;
         None
     }
 
-    /// Counts up whenever materials or the buffers behind bindings are replaced, so that bind groups are remade.
+    /// Returns a number that grows whenever materials or bound buffers are replaced, so that bind groups are created
+    /// again.
     fn generation(&self) -> u64 {
         0
     }
 
-    /// Counts up whenever something that a filter lets through appears, vanishes, moves, or changes its shape or its
-    /// material's holes, so that passes with `"redraw": "changed"` draw it again; without it they do so in every frame.
+    /// Returns a number that grows whenever the result of a filter's draws changes: objects appear, vanish, move, or
+    /// change shape or cut-out material. Passes with `"redraw": "changed"` then draw again. With `None` these passes
+    /// draw in every frame.
     fn revision(&self, filter: &str) -> Option<u64> {
         let _ = filter;
         None
     }
 
-    /// The number of materials; none of hosts whose shaders have none, or that bind groups of their own.
+    /// The number of materials; 0 if the host's shaders have none, or the host binds bind groups of its own.
     fn material_count(&self) -> u32 {
         0
     }
 
-    /// The resource for a binding of group 2 of a material.
+    /// The resource for a binding of a material in bind group 2; `None` if the host has none.
     fn material(&self, material: u32, binding: &str) -> Option<wgpu::BindingResource<'_>> {
         let _ = (material, binding);
         None
     }
 
-    /// The resource for a binding of group 3. Of a buffer of blocks, all of it: the module moves from object to object.
+    /// The resource for a binding of an object in bind group 3. For a buffer of per-object blocks, return the entire
+    /// buffer: dynamic offsets select the object.
     fn object(&self, binding: &str) -> Option<wgpu::BindingResource<'_>> {
         let _ = binding;
         None
     }
 
-    /// The buffer for an import of this name that was not given with `Executor::give`; asked for in each record, and only
-    /// if the plan imports it. `None` if the host has none.
+    /// Returns the buffer for an import that was not given with `Executor::give`. Called in each record if the plan
+    /// imports a buffer of this name. `None` if the host has none.
     ///
     /// # Errors
-    /// The reason why the host cannot make it, which the record reports.
+    /// The reason why the host cannot create the buffer; the record reports this reason.
     fn buffer(&self, name: &str) -> Option<Result<&wgpu::Buffer, String>> {
         let _ = name;
         None
@@ -86,40 +90,41 @@ pub trait DrawSource: wgpu::WasmNotSend + wgpu::WasmNotSync {
     fn draw(&self, pass: &mut dyn DrawPass);
 }
 
-/// A render pass in which a host issues draws; what the pass attaches and binds besides is in place already.
+/// A render pass in which a host issues draws. Attachments and the pipeline's own bindings are already set.
 pub trait DrawPass {
     /// The geometry contract that is drawn.
     fn geometry(&self) -> &str;
-    /// The filter: which of the host's draws.
+    /// The filter that selects the host's draws for this pass.
     fn filter(&self) -> &str;
-    /// The view, for culling and sorting.
+    /// The view that is drawn, for culling and sorting.
     fn view(&self) -> &View;
-    /// The order in which the pass wants its draws.
+    /// The order in which the pass requests its draws.
     fn order(&self) -> DrawOrder {
         DrawOrder::default()
     }
-    /// The level of detail that the pass wants in this view, 0 the finest; of what has fewer levels the last.
+    /// The level of detail that the pass requests in this view; 0 is the finest. Meshes with fewer levels use their
+    /// last.
     fn detail(&self) -> u32 {
         0
     }
-    /// Chooses the pipeline for meshes with these properties. `false` if the set is not among those that the
-    /// host's interface names; nothing may be drawn then.
+    /// Selects the pipeline for meshes with these properties. Returns `false` if the host's interface does not name
+    /// this set of properties; then draw nothing.
     fn set_properties(&mut self, properties: PropertySet) -> bool;
-    /// Binds a material.
+    /// Binds a material by its index.
     fn set_material(&mut self, material: u32);
-    /// Binds an object by its position in the host's buffers. Hosts whose objects are arrays need not: the instances of
-    /// a draw say which.
+    /// Binds an object by its index in the host's buffers. Hosts that keep objects in arrays skip this call, since the
+    /// instance index of a draw selects the object.
     fn set_object(&mut self, object: u32);
-    /// Binds a bind group of the host's own, for material or object, of the layout that its interface says. `false`
-    /// where the interface says none, or the shaders of the pass bind nothing there.
+    /// Binds a bind group of the host's own for materials or objects, with the layout of the host's interface. Returns
+    /// `false` if the interface has no such layout, or the shaders of the pass bind nothing there.
     fn set_bind_group(&mut self, index: u32, group: &wgpu::BindGroup, offsets: &[u32]) -> bool {
         let _ = (index, group, offsets);
         false
     }
-    /// Says that the draws of the pass could not be issued, and why: the record reports it.
+    /// Reports that the draws of the pass could not be issued. The record reports the reason.
     fn fail(&mut self, reason: String) {
         let _ = reason;
     }
-    /// The render pass, for vertex buffers, index buffers and draws. Bind groups and pipelines are the module's.
+    /// The render pass, for vertex buffers, index buffers and draws. Leave bind groups and pipelines to the executor.
     fn render_pass(&mut self) -> &mut wgpu::RenderPass<'static>;
 }

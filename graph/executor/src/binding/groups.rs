@@ -25,12 +25,12 @@ pub(crate) struct Group {
     imports: Vec<ImportedView>,
     /// The resource that each switchable binding has in the current record.
     chosen: Vec<ResourceHandle>,
-    /// The histories that frames are bound of.
+    /// The indices of the histories whose frames are bound.
     histories: Vec<usize>,
-    /// The block `view`, which a dynamic offset moves.
+    /// The block `view`, selected by a dynamic offset.
     view: Option<Place>,
     made: Vec<Made>,
-    /// The position among the made ones for the record that is under way.
+    /// The index of the bind group for the current record among the created ones.
     current: usize,
 }
 
@@ -38,17 +38,17 @@ pub(crate) struct Group {
 pub(crate) enum Bound {
     View(Viewed),
     Sampler(wgpu::Sampler),
-    /// The bytes of a buffer.
+    /// A byte range of a buffer.
     Buffer(Buffer, IndexRange<u64>),
     Block(Place),
-    /// A block `view`: one for each view.
+    /// The blocks `view`, one for each view.
     ViewBlock(Place),
-    /// One of several, by what readers see of the first resource.
+    /// One of several resources, selected by the toggles that switch the writers of the first one.
     Switched(Fallbacks<Bound>),
 }
 
 impl Bound {
-    /// The binding of a resource and of its fallbacks; without fallbacks nothing is switched.
+    /// Creates the binding of a resource and its fallbacks. A resource without fallbacks is bound directly.
     pub(crate) fn switched(mut all: Fallbacks<Bound>) -> Option<Self> {
         if all.0.len() > 1 { Some(Bound::Switched(all)) } else { all.0.pop().map(|(_, bound)| bound) }
     }
@@ -68,7 +68,7 @@ impl Bound {
         one.into_iter().chain(all.iter().map(|(_, bound)| bound))
     }
 
-    /// The frame of a history that is bound.
+    /// The frame of a history that is bound; `None` if the binding is no history.
     fn turn(&self) -> Option<Turn> {
         match self {
             Bound::View(view) => view.turn(),
@@ -83,7 +83,7 @@ struct Made {
     blocks: Option<wgpu::Buffer>,
     chosen: Vec<ResourceHandle>,
     imports: Vec<wgpu::TextureView>,
-    /// The frames by which each history had advanced.
+    /// The number of places by which each history had advanced.
     moved: Vec<usize>,
     group: wgpu::BindGroup,
     used: u64,
@@ -120,7 +120,7 @@ impl Group {
         Self { index, layout, entries, has_blocks, imports, chosen, histories, view, made, current: 0 }
     }
 
-    /// Makes the bind group for a record, unless it is there.
+    /// Creates the bind group for a record, unless it exists.
     pub(crate) fn prepare(
         &mut self,
         creation: &mut Creation<'_>,
@@ -193,26 +193,26 @@ impl Group {
         }
     }
 
-    /// Forgets what was made, since some of it may have been rejected.
+    /// Drops all created bind groups, since some may have been rejected by the device.
     pub(crate) fn forget(&mut self) {
         self.made.clear();
     }
 
-    /// The index of the bind group, the bind group of the record that is under way, and the dynamic offset of a view.
+    /// The index of the bind group, the bind group of the current record, and the dynamic offset of a view in bytes.
     fn bound(&self, view: usize) -> Option<(u32, &wgpu::BindGroup, Option<u32>)> {
         let made = self.made.get(self.current)?;
         Some((self.index, &made.group, self.view.map(|place| place.view_offset(view))))
     }
 }
 
-/// Binds the groups of a pass in a render pass, for the view at a position.
+/// Sets the bind groups of a pass in a render pass, for the view at an index.
 pub(crate) fn bind_render(groups: &[Group], pass: &mut wgpu::RenderPass<'_>, view: usize) {
     for (index, group, offset) in groups.iter().filter_map(|group| group.bound(view)) {
         pass.set_bind_group(index, group, offset.as_slice());
     }
 }
 
-/// Binds the groups of a pass in a compute pass.
+/// Sets the bind groups of a pass in a compute pass.
 pub(crate) fn bind_compute(groups: &[Group], pass: &mut wgpu::ComputePass<'_>) {
     for (index, group, offset) in groups.iter().filter_map(|group| group.bound(0)) {
         pass.set_bind_group(index, group, offset.as_slice());

@@ -9,11 +9,11 @@ use crate::objects::creation::Creation;
 use umbragraph_pipeline::diagnostic::{Diagnostic, Place, codes};
 use umbragraph_pipeline::draw::{HostInterface, HostResourceKind};
 
-/// The layout of the host's materials or objects in a shader.
+/// The bindings of the host's materials or objects in a shader.
 #[derive(Clone, PartialEq)]
 pub(crate) struct HostLayout {
     pub(crate) layout: wgpu::BindGroupLayout,
-    /// Binding and name.
+    /// The binding index and name of each binding.
     pub(crate) bindings: Vec<(u32, String)>,
 }
 
@@ -51,15 +51,15 @@ impl HostGroups {
         Self { kind, ..Self::materials(layout) }
     }
 
-    /// Whether the two are the same to shaders.
+    /// Returns `true` if shaders can use one in place of the other.
     pub(crate) fn is_alike(&self, other: &Self) -> bool {
         self.layout == other.layout && self.kind == other.kind
     }
 
-    /// Makes the bind groups, unless they are those of the host's generation.
+    /// Creates the bind groups, unless those of the host's current generation exist.
     ///
     /// # Errors
-    /// A material or a block for which the host gives nothing.
+    /// A material or a binding for which the host returns no resource.
     pub(crate) fn prepare(
         &mut self,
         creation: &mut Creation<'_>,
@@ -103,18 +103,19 @@ impl HostGroups {
         Ok(())
     }
 
-    /// Forgets what was made, since some of it may have been rejected.
+    /// Drops all created bind groups, since some may have been rejected by the device.
     pub(crate) fn forget(&mut self) {
         self.generation = None;
         self.groups.clear();
     }
 
-    /// The bind group of a material, if the host has it.
+    /// The bind group of a material; `None` if the host has no such material.
     pub(crate) fn material(&self, material: u32) -> Option<&wgpu::BindGroup> {
         self.groups.get(usize::try_from(material).ok()?)
     }
 
-    /// The bind group of objects, with the dynamic offsets of one; `None` if the host's buffers have no such object.
+    /// The bind group of objects, with the dynamic offsets of one object; `None` if the host's buffers have no such
+    /// object.
     pub(crate) fn object<'a>(&'a self, object: u32, offsets: &mut Vec<u32>) -> Option<&'a wgpu::BindGroup> {
         let Kind::Objects(blocks) = &self.kind else { return None };
         let group = self.groups.first().filter(|_| object < self.count)?;
@@ -124,7 +125,7 @@ impl HostGroups {
     }
 }
 
-/// The number of objects whose blocks all lie within their buffers; `room` is the bytes behind each first block.
+/// Returns the number of objects whose blocks all lie within their buffers; `room` is the bytes after each first block.
 fn object_count(blocks: &[Option<(u32, u32)>], room: &[Option<u64>]) -> u32 {
     let counts = room.iter().zip(blocks).filter_map(|(room, block)| {
         let (_, stride) = (*block)?;
@@ -139,7 +140,8 @@ fn object_count(blocks: &[Option<(u32, u32)>], room: &[Option<u64>]) -> u32 {
     counts.min().unwrap_or(u32::MAX)
 }
 
-/// A bind group, and for each binding the bytes behind what is bound of its buffer; `None` where that does not fit.
+/// Creates a bind group. Also returns, for each binding, the bytes of its buffer after the bound range; `None` where
+/// the range exceeds the buffer.
 fn make<'a>(
     creation: &mut Creation<'_>,
     layout: &HostLayout,

@@ -28,36 +28,36 @@ use umbragraph_pipeline::work::{
 /// The maximum number of color attachments of a render pass.
 pub(crate) const MAX_COLORS: usize = 8;
 
-/// The attachments of one pass, or of several that are recorded as one.
+/// The attachments of one pass, or of several passes that share one render pass.
 pub(crate) struct Attachments {
     color: Vec<Attachment<Color>>,
     depth: Option<Attachment<Depth>>,
-    /// Whether depth is only tested against; a shader of the same pass may sample it then.
+    /// Whether depth is read-only; a shader of the same pass may then sample it.
     depth_read_only: bool,
-    /// Views of the texture of the depth attachment too, where both are there.
+    /// The stencil attachment. If depth is attached too, both have views of the same texture.
     stencil: Option<Attachment<Byte>>,
-    /// Whether stencil is only tested against.
+    /// Whether stencil is read-only.
     stencil_read_only: bool,
     /// Width and height in texels.
     pub(crate) extent: [u32; 2],
 }
 
 struct Attachment<T> {
-    /// A view of each layer that can be drawn into; one where the layer is fixed or the only one.
+    /// A view of each layer that can be drawn into; a single view if the layer is fixed or the only one.
     layers: Vec<Viewed>,
-    /// The resolve target. What has several samples has one layer.
+    /// The multisample resolve target. A multisampled texture has one layer.
     resolve: Option<Viewed>,
     load: LoadOperation<Live<T>>,
     store: wgpu::StoreOp,
 }
 
 impl<T: LiveValue> Attachment<T> {
-    /// The position of a view's layer.
+    /// Returns the index in `layers` of the layer of a view.
     fn position(&self, layer: u32) -> usize {
         if self.layers.len() > 1 { layer as usize } else { 0 }
     }
 
-    /// The load and store operations of the attachment. `Discard` clears to zero, since undefined contents are unsafe.
+    /// Returns the load and store operations. `Discard` clears to zero, since undefined contents are unsafe.
     fn operations<V: From<T> + Default>(&self, is_first: bool) -> wgpu::Operations<V> {
         let load = match self.load {
             LoadOperation::Clear(clear) if is_first => wgpu::LoadOp::Clear(clear.value.into()),
@@ -67,14 +67,14 @@ impl<T: LiveValue> Attachment<T> {
         wgpu::Operations { load, store: self.store }
     }
 
-    /// Takes over the clear value.
+    /// Updates the clear value from the live values of the frame.
     fn update(&mut self, values: &[Value]) {
         if let LoadOperation::Clear(clear) = &mut self.load {
             clear.update(values);
         }
     }
 
-    /// The view and operations that clear one layer; `None` if the attachment loads.
+    /// Returns the view and operations that clear one layer; `None` if the attachment loads its contents.
     fn cleared<'a, V: From<T> + Default>(
         &'a self,
         position: usize,
@@ -98,12 +98,12 @@ impl Attachment<Color> {
     }
 }
 
-/// The layers of attachments that a pass has drawn into so far.
+/// Flags for the layers that a pass has drawn into so far.
 #[derive(Default)]
 pub(crate) struct Drawn(Vec<bool>);
 
 impl Attachments {
-    /// The attachments of a planned pass; `None` if one of them is nothing that can be attached.
+    /// Creates the attachments of a planned pass; `None` if one of the resources cannot be attached.
     pub(crate) fn new(
         creation: &mut Creation<'_>,
         resources: &mut Resources,
@@ -162,24 +162,24 @@ impl Attachments {
         Some(Self { color, depth, depth_read_only, stencil, stencil_read_only, extent: extent? })
     }
 
-    /// Takes over the clear values.
+    /// Updates the clear values from the live values of the frame.
     pub(crate) fn update(&mut self, values: &[Value]) {
         self.color.iter_mut().for_each(|color| color.update(values));
         self.depth.iter_mut().for_each(|depth| depth.update(values));
         self.stencil.iter_mut().for_each(|stencil| stencil.update(values));
     }
 
-    /// Whether every attachment has one layer, so that one render pass does.
+    /// Returns `true` if every attachment has one layer, so that one render pass suffices.
     pub(crate) fn is_flat(&self) -> bool {
         self.layer_count() <= 1
     }
 
-    /// The maximum number of layers of an attachment.
+    /// The highest layer count of the attachments.
     pub(crate) fn layer_count(&self) -> usize {
         self.layer_counts().max().unwrap_or(0)
     }
 
-    /// The number of layers that a view can name; `None` where it does not matter.
+    /// The number of layers that a view can select; `None` if the attachments ignore the view's layer.
     pub(crate) fn view_layers(&self) -> Option<usize> {
         self.layer_counts().filter(|count| *count > 1).min()
     }
@@ -190,7 +190,7 @@ impl Attachments {
         self.color.iter().map(|color| color.layers.len()).chain(depth).chain(stencil)
     }
 
-    /// Takes over what happens at the end of a later pass that is recorded into the same render pass.
+    /// Adopts the store operations of a later pass that is recorded into the same render pass.
     pub(crate) fn end_like(&mut self, last: &Self) {
         for (color, last) in self.color.iter_mut().zip(&last.color) {
             color.store = last.store;
@@ -205,7 +205,7 @@ impl Attachments {
         self.stencil_read_only &= last.stencil_read_only;
     }
 
-    /// Begins a render pass into a layer. `drawn` says which layers this pass drew into before, and is kept up to date.
+    /// Begins a render pass into a layer. `drawn` holds the layers that this pass drew into before, and is updated.
     pub(crate) fn begin(
         &self,
         encoder: &mut wgpu::CommandEncoder,
@@ -246,7 +246,7 @@ impl Attachments {
         Some(begin(encoder, label, timestamps, colors, depth))
     }
 
-    /// Begins a render pass into a layer of the depth attachment alone, and clears that or keeps what is there.
+    /// Begins a render pass into a layer of the depth attachment only, and either clears or loads the depth.
     pub(crate) fn begin_depth(
         &self,
         encoder: &mut wgpu::CommandEncoder,
@@ -264,13 +264,13 @@ impl Attachments {
         Some(begin(encoder, label, timestamps, &[], Some(depth)))
     }
 
-    /// The texels that a view draws into: the position of its layer in the depth attachment, and its viewport.
+    /// The texels that a view draws into: the index of its layer in the depth attachment, and its viewport.
     pub(crate) fn texels(&self, view: &View) -> Texels {
         let layer = self.depth.as_ref().map_or(0, |depth| depth.position(view.layer));
         (layer, view.viewport.unwrap_or([0, 0, self.extent[0], self.extent[1]]))
     }
 
-    /// Clears the layers that no view drew into, unless the pass loads them.
+    /// Clears the layers that no view drew into, unless the pass loads its attachments.
     pub(crate) fn clear_rest(
         &self,
         encoder: &mut wgpu::CommandEncoder,
@@ -305,14 +305,14 @@ impl Attachments {
 }
 
 impl Drawn {
-    /// Forgets what was drawn into the attachments of a pass.
+    /// Resets all flags, for the attachments of a pass.
     pub(crate) fn reset(&mut self, attachments: &Attachments) {
         let count = (attachments.color.len() + 2) * attachments.layer_count();
         self.0.clear();
         self.0.resize(count, false);
     }
 
-    /// Notes that something is drawn; whether it is the first.
+    /// Sets the flag at an index. Returns `true` if the flag was not set before.
     fn is_first(&mut self, at: usize) -> bool {
         self.0.get_mut(at).is_some_and(|drawn| !std::mem::replace(drawn, true))
     }

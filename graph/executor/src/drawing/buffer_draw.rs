@@ -6,7 +6,7 @@ use umbragraph_compiler::{Plan, Switches};
 use umbragraph_pipeline::expression::Value;
 use umbragraph_pipeline::work::{BufferDraw, DrawCounts, Live};
 
-/// A draw.
+/// A draw whose vertices, indices or arguments come from buffers of the pipeline.
 pub(crate) struct InstantiatedDraw {
     vertices: Vec<Counts>,
     indices: Option<(Counts, wgpu::IndexFormat)>,
@@ -19,7 +19,7 @@ enum InstantiatedCounts {
 }
 
 impl InstantiatedDraw {
-    /// The draw with the buffers that stand for its resources.
+    /// Creates the draw with the buffers of its resources.
     pub(crate) fn new(resources: &Resources, plan: &Plan, draw: &BufferDraw) -> Self {
         let counts = |buffer| Counts::new(resources, plan, buffer);
         Self {
@@ -32,7 +32,7 @@ impl InstantiatedDraw {
         }
     }
 
-    /// Takes over another number of vertices, indices or instances.
+    /// Updates the number of vertices, indices or instances from the live values of the frame.
     pub(crate) fn update(&mut self, values: &[Value]) {
         if let InstantiatedCounts::Direct { count, instances } = &mut self.counts {
             count.update(values);
@@ -40,7 +40,7 @@ impl InstantiatedDraw {
         }
     }
 
-    /// Records the draw. Draws nothing if a buffer is missing, which another place reports.
+    /// Records the draw. Draws nothing if a buffer is missing.
     pub(crate) fn record(
         &self,
         resources: &Resources,

@@ -31,13 +31,13 @@ const CLEAR: &str = "@vertex fn cover(@builtin(vertex_index) index: u32) -> @bui
 }
 ";
 
-/// Changes that leave a view equal: the host's revision and generation; `None` if the host declares none.
+/// The revision and generation of the host that a view was drawn with; `None` if the host declares none.
 pub(crate) type Stamp = Option<(u64, u64)>;
 
-/// The stamp of a view that contains no draw of its filter, after any change.
+/// The stamp of a view that contains no draw of its filter. It is equal after any change of the host.
 pub(crate) const NOTHING: Stamp = Some((u64::MAX, u64::MAX));
 
-/// The views that a pass has drawn and whose texels are unchanged.
+/// The views that a pass has drawn and whose texels are unchanged since.
 #[derive(Default)]
 pub(crate) struct Kept {
     views: Vec<KeptView>,
@@ -47,16 +47,16 @@ struct KeptView {
     view: View,
     texels: Texels,
     stamp: Stamp,
-    /// The number of the record that drew it.
+    /// The number of the record that drew the view.
     record: u64,
 }
 
-/// The texels of a view: the position of its layer, and x, y, width, height.
+/// The texels of a view: the index of its layer, and x, y, width and height in texels.
 pub(crate) type Texels = (usize, [u32; 4]);
 
 impl Kept {
-    /// Whether a view is drawn in a record; if only the stamp differs, in one of `every` records. `position` is the
-    /// view's index.
+    /// Returns `true` if a view has to be drawn in a record. A view of which only the stamp differs is drawn in one of
+    /// `every` records. `position` is the view's index.
     pub(crate) fn is_due(&self, view: &View, stamp: Stamp, position: usize, every: u32, record: u64) -> bool {
         let Some(kept) = self.views.iter().find(|kept| kept.view == *view) else { return true };
         let is_same = stamp.is_some() && stamp == kept.stamp;
@@ -65,7 +65,7 @@ impl Kept {
         !is_same && turn
     }
 
-    /// The texels by which a view moved since it was drawn; `None` if anything else changed.
+    /// Returns the texels by which a view moved since it was drawn; `None` if anything else changed.
     pub(crate) fn moved(&self, view: &View, texels: Texels, stamp: Stamp) -> Option<[i32; 2]> {
         let is_same = |kept: &&KeptView| kept.texels == texels && kept.stamp == stamp;
         let kept = self.views.iter().find(is_same).filter(|_| stamp.is_some())?;
@@ -73,7 +73,7 @@ impl Kept {
         scroll::moved(&kept.view, view, [width, height])
     }
 
-    /// The number of the record that drew a view; `None` if it is not as it was drawn.
+    /// The number of the record that drew a view; `None` if the view has changed since.
     pub(crate) fn record_of(&self, view: &View) -> Option<u64> {
         self.views.iter().find(|kept| kept.view == *view).map(|kept| kept.record)
     }
@@ -84,12 +84,12 @@ impl Kept {
         within.map(|kept| kept.record).max()
     }
 
-    /// Draws all views the next time.
+    /// Forgets all kept views, so that the next record draws them.
     pub(crate) fn forget(&mut self) {
         self.views.clear();
     }
 
-    /// Records that a view is drawn, and removes the records of views below it.
+    /// Notes that a record drew a view, and drops the kept views whose texels it overwrote.
     pub(crate) fn note(&mut self, view: View, texels: Texels, stamp: Stamp, record: u64) {
         self.views.retain(|kept| !overlap(kept.texels, texels));
         self.views.push(KeptView { view, texels, stamp, record });
@@ -158,7 +158,7 @@ pub(crate) fn clear_pipeline(
     objects.render_pipeline(creation, label, key)
 }
 
-/// Clears a view's texels.
+/// Clears the texels of a view.
 pub(crate) fn clear(
     pass: &mut wgpu::RenderPass<'static>,
     pipeline: &wgpu::RenderPipeline,

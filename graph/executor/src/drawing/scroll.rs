@@ -23,7 +23,7 @@ use umbragraph_pipeline::work::AttachmentTarget;
 /// The maximum error of a translation, in texels; errors add up from frame to frame.
 const TOLERANCE: f64 = 1e-6;
 
-/// The key of this module in the cache of modules; all others are hashes.
+/// The key of this shader module in the module cache; all other keys are hashes.
 const KEY: [u8; 32] = *b"executor: scrolls a view's depth";
 
 const WGSL: &str = "@group(0) @binding(0) var kept: texture_depth_2d;
@@ -37,15 +37,15 @@ struct Moved { @builtin(position) position: vec4<f32>, @location(0) @interpolate
 }
 ";
 
-/// A copy of texels into the depth attachment of a pass: its own texels, moved, or those of another texture.
+/// A copy of texels into the depth attachment of a pass: of its own texels, shifted, or of another texture's.
 pub(crate) struct Scroll {
     pipeline: wgpu::RenderPipeline,
     group: wgpu::BindGroup,
-    /// The texture that a layer is copied to.
+    /// The texture that holds the copy of a layer.
     copy: wgpu::Texture,
     texture: Texture,
     mip: u32,
-    /// The layer, if it differs from the view's.
+    /// The source layer; `None` if it is the layer of the view.
     layer: Option<u32>,
 }
 
@@ -106,7 +106,7 @@ impl Scroll {
         Some(Self { pipeline, group, copy, texture, mip: from.mip, layer: from.layer })
     }
 
-    /// Copies what lies in a layer, before the render pass into it.
+    /// Copies the contents of a layer to the copy texture, before the render pass into that layer.
     pub(crate) fn copy(&self, encoder: &mut wgpu::CommandEncoder, resources: &Resources, layer: usize) {
         let Some(texture) = self.texture.get(resources) else { return };
         let last = texture.depth_or_array_layers().saturating_sub(1);
@@ -116,7 +116,7 @@ impl Scroll {
         encoder.copy_texture_to_texture(from, self.copy.as_image_copy(), self.copy.size());
     }
 
-    /// Draws what the view of some texels still shows where it is now.
+    /// Draws the copied texels into the rectangle `texels`, shifted by `by` texels.
     pub(crate) fn draw(&self, pass: &mut wgpu::RenderPass<'static>, texels: [u32; 4], by: [i32; 2]) {
         let [x, y, width, height] = texels;
         let [left, top] = [by[0].max(0) as u32, by[1].max(0) as u32];
@@ -130,8 +130,8 @@ impl Scroll {
     }
 }
 
-/// The texels by which a view moved, to the right and down; `None` if anything else differs, or both show nothing in
-/// common.
+/// Returns the texels by which a view moved, to the right and down. `None` if the views differ in more than a
+/// translation, or have no texels in common.
 pub(crate) fn moved(from: &View, to: &View, [width, height]: [u32; 2]) -> Option<[i32; 2]> {
     let (a, b) = (&from.clip_from_world, &to.clip_from_world);
     let is_flat = a.row(3) == glam::DVec4::W && b.row(3) == glam::DVec4::W;
@@ -149,7 +149,8 @@ pub(crate) fn moved(from: &View, to: &View, [width, height]: [u32; 2]) -> Option
     Some([texels(by.x, width)?, texels(-by.y, height)?])
 }
 
-/// The newly visible strips of a rectangle: left or right over the whole height, then the rest above or below.
+/// Returns the newly visible strips of a rectangle: left or right over the full height, then the rest at the top or
+/// bottom.
 pub(crate) fn strips([x, y, width, height]: [u32; 4], by: [i32; 2]) -> impl Iterator<Item = [u32; 4]> {
     let [wide, high] = by.map(i32::unsigned_abs);
     let left = if by[0] > 0 { x } else { x + width - wide };

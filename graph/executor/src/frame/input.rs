@@ -11,17 +11,17 @@ use crate::memory::imports::FrameImports;
 pub struct Frame<'a> {
     /// Camera, lights and bounds.
     pub input: &'a FrameInput,
-    /// The host's meshes, if the pipeline draws any: the same in each frame, or else of another generation.
+    /// The host's meshes, if the pipeline draws any. If another source replaces this one, its generation must differ.
     pub draws: Option<&'a dyn DrawSource>,
-    /// The host's textures by the names of the resources that they stand for.
+    /// The host's textures, by the names of the imported resources.
     pub imports: FrameImports<'a>,
-    /// The toggles that are switched otherwise than the pipeline says, by their names; the later of two counts. Nothing
-    /// is planned or compiled for it; bind groups of a state are made when it comes up for the first time.
+    /// The toggles that differ from the pipeline's defaults, by name; the last entry of a name counts. Toggles need no
+    /// planning or compilation; bind groups for a combination are created when it first occurs.
     pub toggles: &'a [(&'a str, bool)],
 }
 
 impl<'a> Frame<'a> {
-    /// A frame without meshes, textures of the host's, or toggles.
+    /// Creates a frame without meshes, imported textures or toggles.
     pub fn new(input: &'a FrameInput) -> Self {
         Self { input, draws: None, imports: FrameImports::default(), toggles: &[] }
     }

@@ -75,7 +75,7 @@ pub(crate) fn check(instantiated: &Instantiated, frame: &Frame<'_>) -> Diagnosti
     diagnostics
 }
 
-/// Asks the draw source for the buffers of imports that nobody gave by handle.
+/// Queries the draw source for the buffers of imports that were not given by handle.
 ///
 /// # Errors
 /// A buffer that the source cannot make, or one that the plan was not made for.
@@ -112,7 +112,7 @@ pub(crate) fn provide(instantiated: &mut Instantiated, source: &dyn DrawSource) 
     Ok(())
 }
 
-/// A texture that the host gives for nothing.
+/// The diagnostic for a texture whose name is no import of the plan.
 fn surplus(instantiated: &Instantiated, name: &str) -> Diagnostic {
     let imported = instantiated.plan.imports().map(|(name, _)| name);
     let message =
@@ -133,7 +133,7 @@ pub(crate) fn given_error(plan: &Plan, name: &str, given: &Kept) -> Option<Strin
     }
 }
 
-/// Whether a buffer of the host's is right for a resource of a plan.
+/// Returns `true` if a buffer of the host's meets the requirements of a resource of a plan.
 pub(crate) fn fits(plan: &Plan, name: &str, buffer: &wgpu::Buffer) -> bool {
     let resource = plan.resources.get(name).filter(|one| one.physical == Physical::Imported);
     resource.is_some_and(|resource| {
@@ -238,7 +238,7 @@ pub(crate) fn run_cpu_passes(
     if diagnostics.is_empty() { Ok(()) } else { Err(diagnostics) }
 }
 
-/// Finds views that lie outside what they are drawn into.
+/// Reports views that lie outside the texture that they are drawn into.
 fn check_views(instantiated: &Instantiated, diagnostics: &mut Diagnostics) {
     for (planned, pass) in instantiated.plan.passes.iter().zip(&instantiated.passes) {
         let InstantiatedWork::Scene { scene, attachments } = &pass.work else { continue };

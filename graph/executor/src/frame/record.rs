@@ -27,7 +27,7 @@ use umbragraph_pipeline::diagnostic::{Diagnostic, Diagnostics, codes};
 use umbragraph_pipeline::work::{Redraw, SceneDraw};
 use wgpu_profiler::GpuProfilerQuery;
 
-/// Memory that is used again in each record.
+/// Scratch memory that all records reuse.
 #[derive(Default)]
 pub(crate) struct Scratch {
     offsets: Vec<u32>,
@@ -89,7 +89,7 @@ pub(crate) fn prepare(
     Ok(())
 }
 
-/// Forgets everything that a record created, since some of it was rejected.
+/// Drops all objects that a record created, since the device rejected some.
 pub(crate) fn forget(instantiated: &mut Instantiated) {
     instantiated.resources.imports.forget_views();
     instantiated.resources.histories.retreat();

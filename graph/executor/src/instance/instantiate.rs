@@ -36,7 +36,7 @@ use umbragraph_pipeline::work::{
     TextureView, Work,
 };
 
-/// A plan with everything that it needs on the device.
+/// A plan with all of its objects on the device.
 pub(crate) struct Instantiated {
     pub(crate) plan: Arc<Plan>,
     pub(crate) resources: Resources,
@@ -58,11 +58,12 @@ pub(crate) struct Instantiated {
     pub(crate) parameters: Parameters,
 }
 
-/// A pass with everything that it needs on the device.
+/// A pass with all of its objects on the device.
 pub(crate) struct InstantiatedPass {
     pub(crate) work: InstantiatedWork,
     pub(crate) groups: Vec<Group>,
-    /// The number of passes, this one included, that are recorded as one render pass; 0 for passes that another begins.
+    /// The number of passes that are recorded as one render pass, including this one; 0 if an earlier pass records this
+    /// one.
     pub(crate) merged: usize,
     /// The label of its render pass.
     pub(crate) label: String,
@@ -96,7 +97,7 @@ pub(crate) enum InstantiatedWork {
     Fullscreen {
         pipeline: wgpu::RenderPipeline,
         attachments: Attachments,
-        /// Vertices from buffers; without it one triangle.
+        /// The draw from vertex buffers; `None` draws one triangle without buffers.
         draw: Option<InstantiatedDraw>,
     },
     Scene {
@@ -114,7 +115,7 @@ pub(crate) struct InstantiatedScene {
     pub(crate) pipelines: Vec<(PropertySet, wgpu::RenderPipeline)>,
     /// The position of the materials in [`Instantiated::host_groups`].
     pub(crate) materials: Option<usize>,
-    /// The position of the objects there.
+    /// The index of the objects in [`Instantiated::host_groups`].
     pub(crate) objects: Option<usize>,
     /// The bind groups that the host fills itself.
     pub(crate) own_groups: Vec<u32>,
@@ -124,7 +125,7 @@ pub(crate) struct InstantiatedScene {
     pub(crate) scroll: Option<Scroll>,
     /// The copy of the texels that a view is drawn over, and the position of the pass that keeps them, if one does.
     pub(crate) over: Option<(Scroll, Option<usize>)>,
-    /// The depth that it is cleared to.
+    /// The value that `clear` writes to the texels of a view.
     pub(crate) clear_depth: Live<Depth>,
     /// Whether shaders read the matrix of the view; otherwise it does not determine the drawn texels.
     pub(crate) is_placed: bool,
@@ -375,7 +376,7 @@ impl Instantiated {
 }
 
 impl InstantiatedPass {
-    /// Takes over the values of the live settings.
+    /// Updates all passes from the live values of the frame.
     pub(crate) fn update(&mut self, values: &[Value]) {
         self.constants.reference.iter_mut().for_each(|reference| reference.update(values));
         self.constants.blend.iter_mut().for_each(|blend| blend.update(values));
@@ -432,7 +433,7 @@ fn keeper(plan: &Plan, texture: ResourceHandle) -> Option<usize> {
     works.position(|work| redraw::kept(work).is_some_and(|(.., depth)| depth == texture))
 }
 
-/// The position of bind groups that are alike, added if there are none.
+/// Returns the index of equal bind groups in the list, after adding them if they are missing.
 fn position(list: &mut Vec<HostGroups>, new: HostGroups) -> usize {
     list.iter().position(|known| known.is_alike(&new)).unwrap_or_else(|| {
         list.push(new);

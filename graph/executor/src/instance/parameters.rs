@@ -8,11 +8,11 @@ use umbragraph_pipeline::diagnostic::{Diagnostic, Diagnostics, codes};
 use umbragraph_pipeline::expression::Value;
 use umbragraph_pipeline::language::ParameterType;
 
-/// A live parameter of an executor's plan, of a type; [`crate::Executor::parameter`] gives it.
+/// The handle of a live parameter of a plan, with the Rust type of its values ([`crate::Executor::parameter`]).
 #[derive(Debug)]
 pub struct Parameter<T> {
     pub(crate) at: usize,
-    /// The parameters that it is one of.
+    /// The identity of the set of parameters that the handle belongs to.
     pub(crate) of: u64,
     value_type: PhantomData<fn() -> T>,
 }
@@ -25,12 +25,11 @@ impl<T> Clone for Parameter<T> {
 
 impl<T> Copy for Parameter<T> {}
 
-/// A type that values of parameters have in Rust: the declared one, or `f64` for every number, or [`Value`] for
-/// anything.
+/// A Rust type for values of parameters: the declared type, `f64` for every number, or [`Value`] for any type.
 pub trait ParameterValue {
-    /// Makes a value this one, in its memory where it has some.
+    /// Writes this value to `to`, reusing the memory of `to` where possible.
     fn assign(&self, to: &mut Value);
-    /// Whether a parameter of a type, that has a value, has values of this one.
+    /// Returns `true` if a parameter with this declared type and current value accepts values of the Rust type.
     fn is_of(declared: ParameterType, value: &Value) -> bool;
 }
 
@@ -118,7 +117,7 @@ impl ParameterValue for Value {
 }
 
 impl<T: ParameterValue> Parameter<T> {
-    /// The handle of the parameter of a name, if it is of this type.
+    /// Returns the handle of a parameter by name, if the parameter has this Rust type.
     pub(crate) fn new(name: &str, parameters: &Parameters, plan: &Plan) -> Result<Self, Diagnostics> {
         let at = parameters.find(name)?;
         let declared = plan.pipeline.parameters.get(name);

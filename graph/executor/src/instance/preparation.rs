@@ -27,7 +27,7 @@ pub struct PlanPreparer {
     pub(crate) stated: Arc<Stated>,
 }
 
-/// A plan whose pipelines are made ([`Executor::set_prepared_plan`](crate::Executor::set_prepared_plan)).
+/// A plan whose pipelines are created ([`Executor::set_prepared_plan`](crate::Executor::set_prepared_plan)).
 pub struct PreparedPlan {
     pub(crate) plan: Arc<Plan>,
     pub(crate) late: Caught,
@@ -43,8 +43,8 @@ impl PreparedPlan {
 }
 
 impl PlanPreparer {
-    /// Makes what a plan needs beside its textures and buffers. Without a draw source, meshes are stored as the one of
-    /// the executor said.
+    /// Creates everything that a plan needs except its textures and buffers. Without a draw source, meshes have the
+    /// layouts that the executor's draw source declared.
     ///
     /// # Errors
     /// As of [`Executor::new`](crate::Executor::new).

@@ -31,37 +31,37 @@ pub(crate) struct GpuTimes {
 }
 
 impl GpuTimes {
-    /// Switches measuring on or off; whether the device can.
+    /// Switches measuring on or off. Returns `true` if the device supports timestamp queries.
     pub(crate) fn switch(&mut self, is_on: bool, device: &wgpu::Device) -> bool {
         let can = device.features().contains(wgpu::Features::TIMESTAMP_QUERY);
         *self = Self { is_on: is_on && can, profiler: None };
         can
     }
 
-    /// Begins a record. What an earlier one left is forgotten: its encoder may never have been submitted.
+    /// Begins a record, and drops the timestamps of the record before, whose encoder may never have been submitted.
     pub(crate) fn reset(&mut self, device: &wgpu::Device) {
         let settings = GpuProfilerSettings { enable_debug_groups: false, ..GpuProfilerSettings::default() };
         self.profiler = if self.is_on { GpuProfiler::new(device, settings).ok() } else { None };
     }
 
-    /// The timestamps of a render or compute pass.
+    /// Begins the timestamps of a render or compute pass.
     pub(crate) fn pass(&self, name: &str, encoder: &mut wgpu::CommandEncoder) -> Option<GpuProfilerQuery> {
         self.profiler.as_ref().map(|profiler| profiler.begin_pass_query(name, encoder))
     }
 
-    /// Begins what is recorded between passes.
+    /// Begins the timestamps of commands that are recorded between passes.
     pub(crate) fn between(&self, name: &str, encoder: &mut wgpu::CommandEncoder) -> Option<GpuProfilerQuery> {
         self.profiler.as_ref().map(|profiler| profiler.begin_query(name, encoder))
     }
 
-    /// Ends either.
+    /// Ends the timestamps of a pass, or of commands between passes.
     pub(crate) fn end(&self, encoder: &mut wgpu::CommandEncoder, query: Option<GpuProfilerQuery>) {
         if let (Some(profiler), Some(query)) = (&self.profiler, query) {
             profiler.end_query(encoder, query);
         }
     }
 
-    /// Ends a record.
+    /// Ends a record, and resolves its timestamps.
     pub(crate) fn resolve(&mut self, encoder: &mut wgpu::CommandEncoder) {
         if let Some(profiler) = &mut self.profiler {
             profiler.resolve_queries(encoder);

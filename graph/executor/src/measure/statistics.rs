@@ -46,9 +46,9 @@ impl std::ops::AddAssign for Statistics {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct PassCounts {
-    /// Drawn views, or views with newly visible strips.
+    /// The views that were drawn, entirely or only in newly visible strips.
     pub views: u64,
-    /// Views whose texels were left as they were.
+    /// The views that were not drawn, since their texels were unchanged.
     pub kept: u64,
     /// The number of objects that the host bound: one for each of its draws.
     pub draws: u64,

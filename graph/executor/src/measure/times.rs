@@ -10,7 +10,7 @@
 
 use std::time::{Duration, Instant};
 
-/// A point in time, where time is measured and there is a clock.
+/// A point in time; `None` if measuring is off or there is no clock.
 pub(crate) type Moment = Option<Instant>;
 
 /// Times of the passes of a plan by their positions.
@@ -21,7 +21,7 @@ pub(crate) struct Times {
     pub(crate) preparation: Duration,
     /// The times by position; none if measuring is off.
     pub(crate) passes: Vec<Duration>,
-    /// When each pass began, from the reset on.
+    /// The start of each pass, measured from the reset.
     pub(crate) starts: Vec<Duration>,
     began: Moment,
 }
@@ -46,7 +46,7 @@ impl Times {
         }
     }
 
-    /// Now.
+    /// The current time; `None` if measuring is off, or on WebAssembly.
     pub(crate) fn now(&self) -> Moment {
         (self.is_on && cfg!(not(target_family = "wasm"))).then(Instant::now)
     }

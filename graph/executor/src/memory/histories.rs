@@ -32,12 +32,12 @@ struct History {
     initial: InitialValue,
     /// The number of places by which the copies have advanced since the first record, modulo their number.
     moved: usize,
-    /// Whether the last record wrote it, so that the next one moves it on.
+    /// Whether the last record wrote the history; the next record then advances it.
     written: bool,
-    /// The state before the current record.
+    /// `moved` and `written` before the current record.
     before: (usize, bool),
     is_fresh: bool,
-    /// The passes that write it.
+    /// The passes that write the history.
     writers: Vec<PassHandle>,
 }
 
@@ -121,7 +121,7 @@ impl Histories {
         }
     }
 
-    /// Undoes an advance, since the record failed.
+    /// Undoes the last advance, after a record failed.
     pub(crate) fn retreat(&mut self) {
         self.clears.clear();
         for history in &mut self.list {
@@ -129,7 +129,7 @@ impl Histories {
         }
     }
 
-    /// Lets every history begin again with the next record.
+    /// Restarts every history with its initial value in the next record.
     pub(crate) fn reset(&mut self) {
         for history in &mut self.list {
             history.is_fresh = true;

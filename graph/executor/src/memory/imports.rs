@@ -18,10 +18,10 @@ use umbragraph_pipeline::diagnostic::Diagnostic;
 use umbragraph_pipeline::language::TextureShape;
 use umbragraph_pipeline::work::{ResourceHandle, TextureView};
 
-/// A texture of the host's that stands for a resource, or a part of one: a mip level, a layer of an array or a face of
-/// a cube, another format, which the texture was created with as one of its view formats.
+/// A texture of the host's that is imported as a resource, or a part of one: a mip level, an array layer or cube face.
+/// The part may have another format if the texture lists it among its view formats.
 ///
-/// Plans and frames take the same: `("detail", Import::mip(&texture, 2))`.
+/// Plans and frames take imports in the same form: `("detail", Import::mip(&texture, 2))`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Import<'a> {
     pub(crate) texture: &'a wgpu::Texture,
@@ -37,31 +37,31 @@ pub(crate) struct Part {
 }
 
 impl<'a> Import<'a> {
-    /// The whole texture.
+    /// Imports a texture with all of its mip levels and layers.
     pub fn new(texture: &'a wgpu::Texture) -> Self {
         Self { texture, part: Part::default() }
     }
 
-    /// One mip level, 0 the finest.
+    /// Imports one mip level; 0 is the finest.
     pub fn mip(texture: &'a wgpu::Texture, mip: u32) -> Self {
         Self { texture, part: Part { mip: Some(mip), ..Part::default() } }
     }
 
-    /// One layer of an array, or face of a cube.
+    /// Restricts the import to one layer of an array, or one face of a cube.
     #[must_use]
     pub fn layer(mut self, layer: u32) -> Self {
         self.part.layer = Some(layer);
         self
     }
 
-    /// Sets the format of the view: that of the texture with or without sRGB.
+    /// Sets the format of the view: the format of the texture with or without sRGB.
     #[must_use]
     pub fn format(mut self, format: wgpu::TextureFormat) -> Self {
         self.part.format = Some(format);
         self
     }
 
-    /// The format, the size and the usages, for [`PlanOptions`](umbragraph_compiler::PlanOptions).
+    /// Returns format, size and usages of the import, for [`PlanOptions`](umbragraph_compiler::PlanOptions).
     pub fn descriptor(&self) -> ImportDescriptor {
         let (texture, Part { mip, layer, format }) = (self.texture, self.part);
         let (width, height) = self.part.extent(texture);
@@ -91,20 +91,20 @@ impl Part {
         self.layer.unwrap_or(0)
     }
 
-    /// Whether it begins elsewhere than the texture: layers behind it are not the resource's.
+    /// Returns `true` if the import is only a part of the texture, or has another format.
     pub(crate) fn is_within(self) -> bool {
         self != Self::default()
     }
 
-    /// Width and height of its first level.
+    /// The width and height of the first imported mip level, in texels.
     pub(crate) fn extent(self, texture: &wgpu::Texture) -> (u32, u32) {
         let at = |length: u32| length.checked_shr(self.mip()).unwrap_or(0).max(1);
         (at(texture.width()), at(texture.height()))
     }
 }
 
-/// The host's textures of a frame, or of a plan, by the names of the resources that they stand for: a list of names
-/// with textures, or of names with [`Import`]s.
+/// The host's textures of a frame or of a plan, by the names of the imported resources. A list of names with textures,
+/// or of names with [`Import`]s.
 #[derive(Clone, Copy, Debug)]
 pub struct FrameImports<'a>(List<'a>);
 
@@ -163,12 +163,12 @@ macro_rules! lists {
 
 lists!(Textures: &'a wgpu::Texture, Imports: Import<'a>);
 
-/// A resource with the lifetime `imported`, for which the host gives a texture or a buffer from when it likes on:
-/// [`Executor::import`](crate::Executor::import), [`Executor::give`](crate::Executor::give).
+/// The handle of a resource with the lifetime `imported`. Returned by [`Executor::import`](crate::Executor::import),
+/// and taken by [`Executor::give`](crate::Executor::give).
 #[derive(Debug)]
 pub struct ImportHandle<T> {
     pub(crate) at: ImportedTexture,
-    /// The imports that it is one of.
+    /// The identity of the set of imports that the handle belongs to.
     pub(crate) of: u64,
     pub(crate) kind: PhantomData<fn() -> T>,
 }
@@ -181,9 +181,9 @@ impl<T> Clone for ImportHandle<T> {
 
 impl<T> Copy for ImportHandle<T> {}
 
-/// An object that can be given for an import: a [`wgpu::Texture`] or a [`wgpu::Buffer`].
+/// A type of object that can be given for an import: [`wgpu::Texture`] or [`wgpu::Buffer`].
 pub trait Importable {
-    /// The form in which it is given.
+    /// The argument type of [`Executor::give`](crate::Executor::give) for this type.
     type Given<'a>;
     #[doc(hidden)]
     const IS_TEXTURE: bool;

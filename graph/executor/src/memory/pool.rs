@@ -28,7 +28,7 @@ struct Pooled {
     used: u64,
 }
 
-/// Gives a buffer of the pool back, whichever way the encoder ends.
+/// Marks a buffer of the pool as free when dropped, whether or not the encoder was submitted.
 struct GiveBack(Arc<AtomicBool>);
 
 impl Drop for GiveBack {
@@ -68,7 +68,7 @@ impl Pool {
         pooled.buffer.clone()
     }
 
-    /// Forgets all buffers, since some of them may have been rejected.
+    /// Drops all buffers, since some may have been rejected by the device.
     pub(crate) fn forget(&mut self) {
         self.buffers.clear();
     }

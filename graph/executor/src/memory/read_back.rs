@@ -12,7 +12,7 @@ use wgpu::TextureFormat as Format;
 use umbragraph_pipeline::diagnostic::{Diagnostic, Place, codes};
 use umbragraph_pipeline::language::format_name;
 
-/// The contents of a texture: row by row from the top, layer by layer.
+/// The texel values of a texture: row by row from the top, layer by layer.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Texels {
     /// The width, in texels.

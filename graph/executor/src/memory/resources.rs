@@ -14,7 +14,7 @@ pub(crate) struct Resources {
     pub(crate) histories: Histories,
 }
 
-/// The object of a resource: of the plan, or of the host, given with each frame.
+/// The object of a resource: an object of the plan, or one that the host gives with each frame.
 pub(crate) enum Standing<T, I = ImportedTexture> {
     Own(T),
     Imported(I),
@@ -45,7 +45,7 @@ impl<T> Fallbacks<T> {
         Self(all.filter_map(|one| Some((one, make(one)?))).collect())
     }
 
-    /// The resource that readers see in this frame, and what stands for it.
+    /// Returns the resource that readers use in this frame, and its object.
     pub(crate) fn seen(&self, switches: &Switches) -> Option<&(ResourceHandle, T)> {
         let seen = switches.seen(self.0.first()?.0);
         self.0.iter().find(|(resource, _)| *resource == seen)
@@ -129,7 +129,7 @@ impl<T, I: Copy> Standing<T, I> {
         }
     }
 
-    /// The frame of a history that it stands for.
+    /// The frame of a history; `None` if the resource is no history.
     pub(crate) fn turn(&self) -> Option<Turn> {
         match self {
             Self::Own(_) | Self::Imported(_) => None,

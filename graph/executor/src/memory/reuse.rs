@@ -9,18 +9,18 @@
 use std::collections::HashMap;
 use std::hash::Hash;
 
-/// A texture or buffer, of the plan before or of the new one.
+/// A texture or buffer of the previous plan or of the new one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Piece<'a, D> {
     /// The required descriptor.
     pub(crate) descriptor: D,
-    /// The resource whose contents it keeps from frame to frame.
+    /// The resource whose contents outlive a frame in this object; `None` if there is none.
     pub(crate) keeps: Option<&'a str>,
     /// Its label.
     pub(crate) label: &'a str,
 }
 
-/// The piece of the old plan that stands for each piece of the new one.
+/// Returns, for each piece of the new plan, the index of the old piece to reuse; `None` if one must be created.
 pub(crate) fn reuse<D: Hash + Eq + Copy>(old: &[Piece<'_, D>], new: &[Piece<'_, D>]) -> Vec<Option<usize>> {
     // From the back, so that taking the last of a list takes the first of the plan.
     let mut free: HashMap<(D, Option<&str>), Vec<usize>> = HashMap::new();

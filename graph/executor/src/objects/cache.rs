@@ -29,7 +29,7 @@ impl<K, V> Default for Cache<K, V> {
 }
 
 impl<K: Hash + Eq, V: Clone> Cache<K, V> {
-    /// The object of a descriptor, created if there is none.
+    /// Returns the object of a descriptor, which `create` makes if there is none.
     pub(crate) fn get(&mut self, key: K, now: u64, create: impl FnOnce(&K) -> V) -> V {
         let create = |key: &K| Entry { value: create(key), created: now, used: now };
         let entry = self.entries.entry(key).or_insert_with_key(create);
@@ -37,8 +37,8 @@ impl<K: Hash + Eq, V: Clone> Cache<K, V> {
         entry.value.clone()
     }
 
-    /// Forgets what was created after `proven`, the last generation that the device took, and evicts what no plan has
-    /// used for [`KEPT_PLANS`] generations.
+    /// Drops objects created after generation `proven`, the last that the device accepted. Also drops objects that no
+    /// plan has used for [`KEPT_PLANS`] generations.
     pub(crate) fn clean(&mut self, proven: u64) {
         let is_kept = |entry: &Entry<V>| entry.created <= proven && entry.used + KEPT_PLANS > proven;
         self.entries.retain(|_, entry| is_kept(entry));

@@ -12,9 +12,9 @@ use umbragraph_pipeline::work::{Filter, Sampler};
 /// The objects of the current plan, and of some before it.
 #[derive(Default)]
 pub(crate) struct Objects {
-    /// The generation of the attempt that is under way.
+    /// The generation of the current attempt to instantiate a plan.
     now: u64,
-    /// The last generation that the device took.
+    /// The last generation that the device accepted.
     proven: u64,
     modules: Cache<[u8; 32], wgpu::ShaderModule>,
     samplers: Cache<Sampler, wgpu::Sampler>,
@@ -95,13 +95,13 @@ pub(crate) struct ComputeKey {
 }
 
 impl Objects {
-    /// Begins an attempt to instantiate a plan. What an earlier one created in vain is forgotten.
+    /// Begins an attempt to instantiate a plan, and drops objects of an earlier attempt that failed.
     pub(crate) fn begin(&mut self) {
         self.clean();
         self.now += 1;
     }
 
-    /// Ends an attempt that the device took. What plans have not used for long is evicted.
+    /// Ends an attempt that the device accepted, and evicts objects that no plan has used for long.
     pub(crate) fn commit(&mut self) {
         self.proven = self.now;
         self.clean();

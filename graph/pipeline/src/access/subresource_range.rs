@@ -11,17 +11,17 @@ use crate::access::usage::Usage;
 
 use umbragraph_text::language::{TextureDeclaration, parse_format};
 
-/// Successive mip levels, layers or bytes.
+/// A range of successive mip levels, layers or bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
 pub struct IndexRange<T> {
-    /// The first.
+    /// The index of the first mip level or layer, or the offset of the first byte.
     pub first: T,
-    /// The count.
+    /// The number of mip levels, layers or bytes.
     pub count: T,
 }
 
 impl<T: Copy + Into<u64>> IndexRange<T> {
-    /// The first after the range.
+    /// The index after the last one of the range.
     pub fn end(self) -> u64 {
         self.first.into().saturating_add(self.count.into())
     }
@@ -36,7 +36,7 @@ impl<T: Copy + Into<u64>> IndexRange<T> {
 }
 
 impl IndexRange<u32> {
-    /// A single one.
+    /// A range of the single index `at`.
     pub const fn one(at: u32) -> Self {
         Self { first: at, count: 1 }
     }
@@ -56,16 +56,16 @@ umbragraph_text::webgpu_words! {
     }
 }
 
-/// The subresource range of a resource that is used; everything where nothing is said.
+/// A part of a resource: mip levels, layers and aspect of a texture, or bytes of a buffer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
 pub struct SubresourceRange {
-    /// Mip levels.
+    /// The mip levels of a texture; `None` for all.
     pub mip: Option<IndexRange<u32>>,
-    /// Layers.
+    /// The layers of a texture; `None` for all.
     pub layer: Option<IndexRange<u32>>,
-    /// The aspect.
+    /// The aspect of a texture.
     pub aspect: Aspect,
-    /// Bytes of a buffer.
+    /// The bytes of a buffer; `None` for all.
     pub bytes: Option<IndexRange<u64>>,
 }
 
@@ -73,12 +73,12 @@ impl SubresourceRange {
     /// The whole resource.
     pub const WHOLE: Self = Self { mip: None, layer: None, aspect: Aspect::All, bytes: None };
 
-    /// One mip level (or all) of one layer (or all).
+    /// One mip level of one layer of a texture; `None` stands for all.
     pub fn of(mip: Option<u32>, layer: Option<u32>) -> Self {
         Self { mip: mip.map(IndexRange::one), layer: layer.map(IndexRange::one), ..Self::WHOLE }
     }
 
-    /// Bytes of a buffer.
+    /// A range of `count` bytes of a buffer from the byte offset `first`.
     pub const fn bytes(first: u64, count: u64) -> Self {
         Self { bytes: Some(IndexRange { first, count }), ..Self::WHOLE }
     }
@@ -88,7 +88,7 @@ impl SubresourceRange {
         Self { aspect, ..self }
     }
 
-    /// Whether the two have a subresource in common.
+    /// Returns `true` if the two ranges have a subresource in common.
     pub fn overlaps(self, other: Self) -> bool {
         fn meet<T: Copy + Into<u64>>(a: Option<IndexRange<T>>, b: Option<IndexRange<T>>) -> bool {
             a.zip(b).is_none_or(|(a, b)| a.overlaps(b))
@@ -99,7 +99,7 @@ impl SubresourceRange {
             && (self.aspect == Aspect::All || other.aspect == Aspect::All || self.aspect == other.aspect)
     }
 
-    /// Whether everything of `other` belongs to this subresource range.
+    /// Returns `true` if `other` lies entirely within this range.
     pub fn contains(self, other: Self) -> bool {
         fn holds<T: Copy + Into<u64>>(a: Option<IndexRange<T>>, b: Option<IndexRange<T>>) -> bool {
             a.is_none_or(|a| b.is_some_and(|b| a.contains(b)))
@@ -110,12 +110,13 @@ impl SubresourceRange {
             && (self.aspect == Aspect::All || self.aspect == other.aspect)
     }
 
-    /// The ranges with at most one mip level and one layer that have everything of this one, which is plain.
+    /// The four plain ranges that contain this range, itself included. This range must be plain; see
+    /// [`Self::is_plain`].
     pub fn plain_around(self) -> [Self; 4] {
         [self, Self { mip: None, ..self }, Self { layer: None, ..self }, Self::WHOLE]
     }
 
-    /// Whether it names at most one mip level and one layer, all aspects and no bytes.
+    /// Returns `true` if the range names at most one mip level and at most one layer, all aspects and no bytes.
     pub fn is_plain(self) -> bool {
         let plain = |run: Option<IndexRange<u32>>| run.is_none_or(|run| run.count == 1);
         plain(self.mip) && plain(self.layer) && self.aspect == Aspect::All && self.bytes.is_none()
@@ -142,7 +143,8 @@ impl std::fmt::Display for SubresourceRange {
     }
 }
 
-/// The subresource range as the compiler tells ranges apart: depth and stencil only where the format may have both.
+/// Normalises a range for comparison with others: its aspect is depth or stencil only if a format of the texture may
+/// have both.
 pub fn canonical(texture: &TextureDeclaration, range: SubresourceRange, usage: Usage) -> SubresourceRange {
     let mut formats = texture.format.names().iter().filter_map(|name| parse_format(name));
     let both = formats.any(|format| format.is_combined_depth_stencil_format());

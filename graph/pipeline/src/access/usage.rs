@@ -12,9 +12,9 @@ pub enum Usage {
     Uniform,
     /// A storage binding that is read.
     StorageRead,
-    /// A storage binding that is only written, and keeps what it does not write.
+    /// A storage binding that is only written; contents that the shader does not write are kept.
     StorageWrite,
-    /// A storage binding that writes all of a subresource range, whatever it held.
+    /// A storage binding that overwrites all of a subresource range.
     StorageReplace,
     /// A storage binding that is read and written.
     StorageReadWrite,
@@ -36,19 +36,19 @@ pub enum Usage {
     StencilAttachmentReadOnly,
     /// The target of a multisample resolve.
     ResolveTarget,
-    /// A buffer of vertices.
+    /// A vertex buffer.
     Vertex,
-    /// A buffer of indices.
+    /// An index buffer.
     Index,
-    /// A buffer of counts for a draw or a dispatch.
+    /// A buffer with the indirect arguments of a draw or a dispatch.
     Indirect,
     /// The source of a copy.
     CopySource,
-    /// The destination of a copy that replaces all of a subresource range.
+    /// The destination of a copy that overwrites all of a subresource range.
     CopyDestination,
-    /// The destination of a copy that leaves the rest of a subresource range.
+    /// The destination of a copy that keeps the rest of a subresource range.
     CopyDestinationLoad,
-    /// The destination of rows of texels, between which bytes of a buffer stay as they are, if they are anything.
+    /// A buffer as the destination of rows of texels; the bytes between rows are kept, and need not be initialised.
     CopyDestinationRows,
     /// Blackboard data that is read.
     BlackboardRead,
@@ -60,16 +60,17 @@ pub enum Usage {
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Effect {
     Reads,
-    /// Both.
+    /// Reads and writes.
     Loads,
-    /// Writes, and needs nothing of what was there, though not all of it may be written.
+    /// Writes without needing earlier contents, though not all of them may be overwritten.
     Writes,
-    /// Writes all.
+    /// Overwrites all of a subresource range.
     Replaces,
 }
 
 impl Usage {
-    /// Its effect, the usages that a texture and a buffer must be created with, and its name in diagnostics.
+    /// The effect of the usage, the flags that a texture and a buffer must be created with, and its name in
+    /// diagnostics.
     fn properties(self) -> (Effect, wgpu_types::TextureUsages, wgpu_types::BufferUsages, &'static str) {
         use Effect::{Loads, Reads, Replaces, Writes};
         use wgpu_types::{BufferUsages as B, TextureUsages as T};
@@ -111,38 +112,38 @@ impl Usage {
         (effect, texture, buffer, name)
     }
 
-    /// Whether contents from before are needed, or [stay](Self::keeps_what_is_there).
+    /// Returns `true` if earlier contents are needed, or [kept](Self::keeps_what_is_there).
     pub fn reads(self) -> bool {
         matches!(self.properties().0, Effect::Reads | Effect::Loads)
     }
 
-    /// Whether contents from before are kept, but need not exist.
+    /// Returns `true` if earlier contents are kept, but need not exist.
     pub fn keeps_what_is_there(self) -> bool {
         matches!(self, Usage::CopyDestinationRows | Usage::StorageWrite)
     }
 
-    /// Whether a new version is made.
+    /// Returns `true` if the usage writes, which makes a new version of the resource.
     pub fn writes(self) -> bool {
         self.properties().0 != Effect::Reads
     }
 
-    /// Whether it is an attachment.
+    /// Returns `true` for an attachment of a render pass, including a resolve target.
     pub fn is_attachment(self) -> bool {
         self.texture_usages() == wgpu_types::TextureUsages::RENDER_ATTACHMENT
     }
 
-    /// Whether it is an attachment of depth.
+    /// Returns `true` for a depth attachment.
     pub fn is_depth(self) -> bool {
         matches!(self, Usage::DepthAttachment | Usage::DepthAttachmentLoad | Usage::DepthAttachmentReadOnly)
     }
 
-    /// Whether it is an attachment of stencil.
+    /// Returns `true` for a stencil attachment.
     pub fn is_stencil(self) -> bool {
         use Usage as U;
         matches!(self, U::StencilAttachment | U::StencilAttachmentLoad | U::StencilAttachmentReadOnly)
     }
 
-    /// The aspect that an attachment of depth or of stencil has; all for whatever else.
+    /// The aspect of a depth or stencil attachment; [`Aspect::All`] for all other usages.
     pub fn aspect(self) -> Aspect {
         match self {
             _ if self.is_depth() => Aspect::DepthOnly,
@@ -151,17 +152,17 @@ impl Usage {
         }
     }
 
-    /// Whether all of a subresource range is certain to be written again, whatever it held.
+    /// Returns `true` if the usage is certain to overwrite all of a subresource range.
     pub fn replaces_contents(self) -> bool {
         self.properties().0 == Effect::Replaces
     }
 
-    /// The usage that a texture must be created with.
+    /// The usage flags that a texture must be created with.
     pub fn texture_usages(self) -> wgpu_types::TextureUsages {
         self.properties().1
     }
 
-    /// The usage that a buffer must be created with.
+    /// The usage flags that a buffer must be created with.
     pub fn buffer_usages(self) -> wgpu_types::BufferUsages {
         self.properties().2
     }

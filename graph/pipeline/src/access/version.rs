@@ -3,9 +3,9 @@
 /// The version of a resource that is read.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Version {
-    /// The newest; for a pass that reads and writes, the one before its own.
+    /// The newest version; for a pass that also writes the resource, the version before its own write.
     Newest,
-    /// The one that the named pass wrote.
+    /// The version that the named pass wrote.
     WrittenBy(String),
     /// The contents before the first write of the frame.
     Before,

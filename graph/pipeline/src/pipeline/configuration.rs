@@ -15,12 +15,12 @@ use umbragraph_text::expression::Value;
 use umbragraph_text::language::GeometryDeclaration;
 use umbragraph_text::source::Sources;
 
-/// One typed configuration.
+/// A pipeline in one configuration: parameters and features have values, and passes are declared.
 #[derive(Clone, Debug)]
 pub struct TypedPipeline {
     /// The pipeline's name.
     pub name: String,
-    /// The profile that shaders were validated for.
+    /// The target profile that shaders were validated for.
     pub profile: TargetProfile,
     /// The parameters with their values, by name.
     pub parameters: BTreeMap<String, ValuedParameter>,
@@ -28,59 +28,61 @@ pub struct TypedPipeline {
     pub features: BTreeMap<String, Feature>,
     /// The derived values, by name.
     pub derived: BTreeMap<String, Derived>,
-    /// Values that follow from parameters: derived values, and arguments of subgraphs. Each needs only those before it.
+    /// Values that follow from parameters: derived values and arguments of subgraphs. Each depends only on parameters
+    /// and on earlier entries.
     pub following: Vec<Following>,
-    /// Values that subgraphs are given and that follow from parameters, by names that no document can write.
+    /// Arguments and derived values of subgraphs that follow from parameters, by internal names that no document can
+    /// write.
     pub given: BTreeMap<String, Value>,
-    /// The constraints that are errors.
+    /// The constraints whose violation is an error.
     pub constraints: Vec<Constraint>,
-    /// The toggles in the order of their names; a [`Condition`] names a position here.
+    /// The runtime toggles, sorted by name; [`Condition::toggle`] is an index into this list.
     pub toggles: Vec<Toggle>,
-    /// The fallback of resources that only passes with a toggle write, in frames without them.
+    /// The fallbacks of resources that only passes with a toggle write, for frames in which these passes are off.
     pub passthroughs: BTreeMap<ResourceHandle, Passthrough>,
-    /// The contracts with the host's draws, by name.
+    /// The geometry contracts with the host's draws, by name.
     pub geometry: BTreeMap<String, GeometryDeclaration>,
-    /// The mesh layouts of hosts by contract, as the registry has them.
+    /// The registered mesh storage of hosts, by the name of the geometry contract.
     pub hosts: BTreeMap<String, HostInterface>,
-    /// The resources; a [`ResourceHandle`] is a position here.
+    /// The resources; a [`ResourceHandle`] is an index into this list.
     pub resources: Vec<Resource>,
-    /// The passes in the order of the document; a [`PassHandle`] is a position here.
+    /// The passes in the order of the document; a [`PassHandle`] is an index into this list.
     pub passes: Vec<Pass>,
-    /// The programs; a [`ProgramHandle`] is a position here.
+    /// The programs; a [`ProgramHandle`] is an index into this list.
     pub programs: Vec<Program>,
-    /// The variants of templates that are no programs, because of diagnostics of their own.
+    /// The template variants whose own diagnostics were reported, as template name and axis values.
     pub rejected: BTreeSet<(String, umbragraph_shaders::AxisValues)>,
-    /// Resources that a pass with diagnostics of its own mentions: nothing is known about who writes or reads them.
+    /// Resources that a pass with errors mentions; their writers and readers are not fully known.
     pub uncertain: BTreeSet<ResourceHandle>,
-    /// Parameters, features and derived values without a value, because of diagnostics of their own.
+    /// The names of parameters, features and derived values that have no value because of errors.
     pub broken_settings: BTreeSet<String>,
-    /// The passes that are not there because of diagnostics of their own, and the subgraphs and loops of such.
+    /// The names of passes, uses of subgraphs and loops that are missing because of errors.
     pub gaps: Vec<String>,
-    /// The record of what it wants, has and lacks, if the load was told to keep one.
+    /// The record of required programs and of present and absent passes; `None` unless the load options request it.
     pub survey: Option<Survey>,
-    /// The texts that places are in.
+    /// The sources that places in the document refer to.
     pub sources: Sources,
 }
 
 impl TypedPipeline {
-    /// The features of WebGPU that features of the pipeline require.
+    /// The WebGPU features that features of the pipeline require, whether these are on or off.
     pub fn device_features(&self) -> wgpu_types::Features {
         let declared = self.features.values().flat_map(|feature| &feature.declaration.required_features);
         let known = declared.filter_map(|name| TargetProfile::feature(name));
         known.fold(wgpu_types::Features::empty(), |all, one| all | one)
     }
 
-    /// A resource.
+    /// Returns the resource with this handle.
     pub fn resource(&self, handle: ResourceHandle) -> &Resource {
         &self.resources[handle.index()]
     }
 
-    /// A pass.
+    /// Returns the pass with this handle.
     pub fn pass(&self, handle: PassHandle) -> &Pass {
         &self.passes[handle.index()]
     }
 
-    /// A program.
+    /// Returns the program with this handle.
     pub fn program(&self, handle: ProgramHandle) -> &Program {
         &self.programs[handle.index()]
     }
@@ -95,17 +97,18 @@ impl TypedPipeline {
         (0..self.resources.len() as u32).map(ResourceHandle)
     }
 
-    /// The resource of a name.
+    /// Returns the handle of the resource with this name, or `None` if there is none.
     pub fn find_resource(&self, name: &str) -> Option<ResourceHandle> {
         self.resources.iter().position(|resource| resource.name == name).map(|at| ResourceHandle(at as u32))
     }
 
-    /// The pass of a name.
+    /// Returns the handle of the pass with this name, or `None` if there is none.
     pub fn find_pass(&self, name: &str) -> Option<PassHandle> {
         self.passes.iter().position(|pass| pass.name == name).map(|at| PassHandle(at as u32))
     }
 
-    /// The names that expressions can see before sizes are known: parameters, features and derived values.
+    /// The scope of names for expressions that are evaluated before sizes are known: parameters, features and derived
+    /// values.
     pub fn scope(&self) -> StaticScope {
         StaticScope::new(&self.parameters, &self.features)
             .with_derived(&self.derived)
@@ -113,23 +116,23 @@ impl TypedPipeline {
             .with_broken(self.broken_settings.clone())
     }
 
-    /// The toggle of a name.
+    /// Returns the index of the toggle with this name, or `None` if there is none.
     pub fn find_toggle(&self, name: &str) -> Option<usize> {
         self.toggles.iter().position(|toggle| toggle.name == name)
     }
 
-    /// A condition as it is written: `bloom` or `!bloom`.
+    /// Formats a condition as it is written in a document: `bloom` or `!bloom`.
     pub fn condition_name(&self, condition: Condition) -> String {
         let name = self.toggles.get(condition.toggle).map_or("", |toggle| toggle.name.as_str());
         format!("{}{name}", if condition.on { "" } else { "!" })
     }
 
-    /// The states of the toggles where the host says nothing.
+    /// The default states of the toggles, which apply until the host sets others.
     pub fn default_states(&self) -> Vec<bool> {
         self.toggles.iter().map(|toggle| toggle.default).collect()
     }
 
-    /// A resource, its fallback when its passthrough applies, the fallback of that, and so on.
+    /// Iterates over a resource, the fallback of its passthrough, the fallback of that fallback, and so on.
     pub fn fallbacks(&self, resource: ResourceHandle) -> impl Iterator<Item = ResourceHandle> + '_ {
         let next =
             |known: &ResourceHandle| self.passthroughs.get(known).map(|passthrough| passthrough.fallback);

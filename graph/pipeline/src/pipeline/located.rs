@@ -7,12 +7,12 @@ use crate::work::{BoundSlot, Deferred, Subresource};
 use umbragraph_text::diagnostic::{Code, Diagnostic};
 use umbragraph_text::source::Span;
 
-/// Something that stands at a place of the document.
+/// An item with a place in the document.
 pub trait Located {
-    /// Its place, and its JSON pointer.
+    /// The place of the item, and its JSON pointer.
     fn location(&self) -> (Span, &str);
 
-    /// An error about it.
+    /// Creates an error at the place of the item.
     fn error(&self, code: Code, message: String) -> Diagnostic {
         let (place, pointer) = self.location();
         Diagnostic::error(code, place, message).pointer(pointer)
@@ -32,14 +32,14 @@ macro_rules! located {
 located!(Access, BoundSlot, Deferred, Pass, Passthrough, Subresource);
 
 impl Pass {
-    /// The first of its accesses that is meant, or the pass itself.
+    /// Returns the first access for which `is_meant` returns `true`, or the pass itself if there is none.
     pub fn access_or_self(&self, is_meant: impl Fn(&Access) -> bool) -> &dyn Located {
         self.accesses.iter().find(|one| is_meant(one)).map_or(self, |one| one)
     }
 }
 
 impl Resource {
-    /// An error about a setting of its declaration.
+    /// Creates an error at a setting of the resource's declaration; `setting` is a JSON pointer within the declaration.
     pub fn error_at(&self, setting: &str, code: Code, message: String) -> Diagnostic {
         let place = self.value.nearest(setting).span;
         Diagnostic::error(code, place, message).pointer(format!("{}{setting}", self.pointer))

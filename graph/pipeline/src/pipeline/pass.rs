@@ -10,24 +10,24 @@ use crate::pipeline::toggle::Condition;
 use crate::work::{PassHandle, ResourceHandle, Subresource, Work};
 use umbragraph_text::source::Span;
 
-/// A declared pass.
+/// A declared pass, with its work and its accesses to resources.
 #[derive(Clone, Debug)]
 pub struct Pass {
-    /// Its name.
+    /// The name of the pass.
     pub name: String,
-    /// Its node kind.
+    /// The name of the node kind.
     pub kind: String,
-    /// The place of its key.
+    /// The place of the pass's key in the document.
     pub place: Span,
-    /// Its JSON pointer.
+    /// The JSON pointer of the pass.
     pub pointer: String,
-    /// The scope of names in its settings.
+    /// The scope of names for expressions in the settings.
     pub environment: Arc<Environment>,
-    /// Passes that have to run before it, where no data says so.
+    /// Passes that must run before this one because of `after`, in addition to those required by data.
     pub after: Vec<PassHandle>,
-    /// Whether it has to follow something that is not there, which is a diagnostic: its order is not known then.
+    /// Whether the pass must follow a pass that does not exist. An error was reported, and its order is not known.
     pub is_misplaced: bool,
-    /// Whether it is kept even if nothing reads what it writes.
+    /// Whether the pass is kept even if nothing reads its outputs.
     pub side_effect: bool,
     /// The toggle condition under which the pass runs; `None` for every frame.
     pub condition: Option<Condition>,
@@ -38,7 +38,7 @@ pub struct Pass {
 }
 
 impl Pass {
-    /// A pass that does nothing yet.
+    /// Creates a pass without work.
     pub fn new(
         name: String,
         kind: String,
@@ -62,27 +62,28 @@ impl Pass {
         }
     }
 
-    /// The work.
+    /// The work of the pass.
     pub fn work(&self) -> &Work {
         &self.work
     }
 
-    /// Its accesses: those of its work, and of the fallback.
+    /// The accesses of the pass: those of its work, and those of fallbacks.
     pub fn accesses(&self) -> &[Access] {
         &self.accesses
     }
 
-    /// The accesses with which it writes a resource.
+    /// The accesses with which the pass writes a resource.
     pub fn writes_of(&self, resource: ResourceHandle) -> impl Iterator<Item = &Access> {
         self.accesses.iter().filter(move |one| one.resource == resource && one.usage.writes())
     }
 
-    /// Whether it writes a resource.
+    /// Returns `true` if the pass writes a resource.
     pub fn writes(&self, resource: ResourceHandle) -> bool {
         self.writes_of(resource).next().is_some()
     }
 
-    /// Says what it does, and so what it uses; of work that is only assembled `others` are known besides.
+    /// Sets the work and derives the accesses from it. `others` are further accesses, for passes that code assembles
+    /// without work.
     pub fn set_work(&mut self, work: Work, others: Vec<Access>, resources: &[Resource]) {
         self.accesses.clear();
         for (named, usage) in work.accesses() {
@@ -98,7 +99,7 @@ impl Pass {
         self.work = work;
     }
 
-    /// Work and accesses that need not fit one another: for tests of what is to notice that.
+    /// Returns work and accesses for changes that may make them inconsistent, for tests of consistency checks.
     #[doc(hidden)]
     pub fn tamper(&mut self) -> (&mut Work, &mut Vec<Access>) {
         (&mut self.work, &mut self.accesses)
@@ -110,18 +111,18 @@ impl Pass {
 pub struct Access {
     /// The resource.
     pub resource: ResourceHandle,
-    /// The subresource range of it.
+    /// The subresource range of the resource.
     pub range: SubresourceRange,
     /// The usage.
     pub usage: Usage,
     /// The version that is read.
     pub version: Version,
-    /// Toggle conditions under which the access happens; all have to hold. Only accesses with a passthrough, and
-    /// their fallbacks, have any.
+    /// The toggle conditions under which the access happens; all must hold. Empty unless the resource has a passthrough
+    /// or the access is to a fallback.
     pub when: Vec<Condition>,
-    /// The place in the document.
+    /// The place of the access in the document.
     pub place: Span,
-    /// Its JSON pointer.
+    /// The JSON pointer of the access.
     pub pointer: String,
 }
 

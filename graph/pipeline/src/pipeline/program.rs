@@ -14,18 +14,18 @@ use umbragraph_text::diagnostic::{Diagnostic, codes};
 use umbragraph_text::source::Span;
 use wgpu_types::{BindingType, SamplerBindingType, TextureSampleType};
 
-/// A template with its axes chosen.
+/// A template with chosen axis values, in all variants that mesh properties require.
 #[derive(Clone, Debug)]
 pub struct Program {
     /// The template's name.
     pub template: String,
-    /// The axes that the pipeline chose; the others have their defaults.
+    /// The axis values that the pipeline chose; all other axes have their defaults.
     pub axes: AxisValues,
-    /// The axes that follow from the format of a pass's target, since the pipeline chose nothing for them.
+    /// The names of axes that follow from the format of a pass's target, because the pipeline chose no value for them.
     pub from_target: Vec<String>,
     /// The variants, the one without any mesh property first.
     pub variants: Vec<ProgramVariant>,
-    /// The union of the variants' bindings, by group and binding.
+    /// The union of the variants' bindings, sorted by group and binding number.
     pub bindings: Vec<ProgramBinding>,
 }
 
@@ -34,9 +34,9 @@ pub struct Program {
 pub struct ProgramVariant {
     /// The mesh properties that the variant is for, sorted.
     pub properties: Vec<String>,
-    /// The proven shader.
+    /// The shader module, validated by naga.
     pub module: Arc<ShaderModule>,
-    /// The entry points that the pass names.
+    /// The names of the entry points that the pass chooses, by stage.
     pub entry_points: EntryPoints,
 }
 
@@ -45,21 +45,21 @@ pub struct ProgramVariant {
 pub struct ProgramBinding {
     /// The bind group.
     pub group: u32,
-    /// The shader's name for it.
+    /// The name of the binding in the shader.
     pub name: String,
-    /// Its WGSL type.
+    /// The WGSL type of the binding.
     pub type_name: String,
-    /// Its entry in the bind group layout, visibility united over the variants.
+    /// The entry in the bind group layout; its visibility is the union over the variants.
     pub entry: wgpu_types::BindGroupLayoutEntry,
-    /// The layout of a buffer's contents.
+    /// The layout of a buffer's contents; `None` for textures and samplers.
     pub block: Option<TypeLayout>,
 }
 
 impl Program {
-    /// The program of these variants.
+    /// Combines variants into one program.
     ///
     /// # Errors
-    /// A diagnostic for each binding that two variants see differently.
+    /// Returns a diagnostic for each binding that two variants declare differently.
     pub(super) fn new(
         template: String,
         axes: AxisValues,
@@ -116,22 +116,23 @@ impl Program {
         }
     }
 
-    /// The plain variant: the one for meshes without any property.
+    /// The shader module of the plain variant, for meshes without any property.
     pub fn plain(&self) -> &ShaderModule {
         &self.variants[0].module
     }
 
-    /// The binding of a name.
+    /// Returns the binding with this name, or `None` if there is none.
     pub fn binding(&self, name: &str) -> Option<&ProgramBinding> {
         self.bindings.iter().find(|binding| binding.name == name)
     }
 
-    /// The binding at a place.
+    /// Returns the binding with these numbers, or `None` if there is none.
     pub fn binding_at(&self, group: u32, binding: u32) -> Option<&ProgramBinding> {
         self.bindings.iter().find(|known| known.group == group && known.entry.binding == binding)
     }
 
-    /// A binding's type as these slots bind it: what nearest samplers alone read need not be filterable.
+    /// The type of a binding in a bind group with these slots. Nearest samplers, and textures that only nearest
+    /// samplers read, become non-filtering.
     pub fn bound_type(&self, binding: &ProgramBinding, slots: &[BoundSlot]) -> BindingType {
         let place = (binding.group, binding.entry.binding);
         let is_nearest = |(group, binding): (u32, u32)| {
@@ -156,14 +157,14 @@ impl Program {
         }
     }
 
-    /// Whether a full-screen pass is certain to write every texel, whichever the variant.
+    /// Returns `true` if a full-screen pass is certain to write every texel with every variant.
     pub fn covers(&self) -> bool {
         let covers =
             |variant: &ProgramVariant, stage| variant.entry_point(stage).is_some_and(|entry| entry.covers);
         self.variants.iter().all(|one| covers(one, Stage::Vertex) && covers(one, Stage::Fragment))
     }
 
-    /// The variant for a mesh: the one whose properties are those of the mesh that the program tells apart.
+    /// The variant for a mesh with these properties; properties for which the program has no variants are ignored.
     pub fn variant(&self, properties: &[&str]) -> &ProgramVariant {
         let known = |name: &str| {
             self.variants.iter().any(|variant| variant.properties.iter().any(|known| known == name))
@@ -175,12 +176,12 @@ impl Program {
 }
 
 impl ProgramVariant {
-    /// The vertex attributes that its vertex stage reads.
+    /// The vertex attributes that the variant's vertex stage reads.
     pub fn vertex_inputs(&self) -> &[VertexInput] {
         self.entry_point(Stage::Vertex).map_or(&[], |entry| &entry.inputs)
     }
 
-    /// The entry point of a stage, if the variant has one.
+    /// The entry point of a stage: the one that the pass names, or else the first. `None` if there is none.
     pub fn entry_point(&self, stage: Stage) -> Option<&EntryPoint> {
         let named = self.entry_points.get(&stage);
         let is_meant = |entry: &&EntryPoint| named.is_none_or(|name| *name == entry.name);

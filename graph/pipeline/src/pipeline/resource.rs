@@ -11,29 +11,29 @@ use umbragraph_text::source::Span;
 /// A resource of a pipeline.
 #[derive(Clone, Debug)]
 pub struct Resource {
-    /// Its name.
+    /// The name of the resource.
     pub name: String,
-    /// The place of its declaration; for blackboard data, the place where the publishing pass names it.
+    /// The place of the declaration; for blackboard data, the place where the publishing pass names the data.
     pub place: Span,
-    /// Its JSON pointer.
+    /// The JSON pointer of that place.
     pub pointer: String,
-    /// The declaration as it is written; for blackboard data, the value that names it.
+    /// The JSON value of the declaration; for blackboard data, null at the place that first names the data.
     pub value: umbragraph_text::document::Value,
-    /// The scope of names in its declaration.
+    /// The scope of names for expressions in the declaration.
     pub environment: Arc<Environment>,
-    /// The kind.
+    /// The kind of the resource.
     pub kind: ResourceKind,
-    /// For a history, which of its frames it is.
+    /// The position in a history; `None` for a resource without earlier frames.
     pub history: Option<History>,
 }
 
 impl Resource {
-    /// Whether it is an earlier frame of a history, which can only be read.
+    /// Returns `true` for an earlier frame of a history, which passes can only read.
     pub fn is_earlier_frame(&self) -> bool {
         self.history.is_some_and(|history| history.back > 0)
     }
 
-    /// Whether the host looks at it between frames.
+    /// Returns `true` if the host accesses the resource between frames.
     pub fn is_exposed(&self) -> bool {
         match &self.kind {
             ResourceKind::Texture(texture) => texture.exposed,
@@ -42,7 +42,7 @@ impl Resource {
         }
     }
 
-    /// Its lifetime; what is exposed keeps its memory from frame to frame.
+    /// The lifetime of the memory: an exposed transient resource counts as persistent.
     pub fn lifetime(&self) -> Lifetime {
         match self.declared_lifetime() {
             Lifetime::Transient if self.is_exposed() => Lifetime::Persistent,
@@ -50,7 +50,7 @@ impl Resource {
         }
     }
 
-    /// The lifetime of what is in it.
+    /// The declared lifetime of the contents; transient for blackboard data.
     pub fn declared_lifetime(&self) -> Lifetime {
         match &self.kind {
             ResourceKind::Texture(texture) => texture.lifetime,
@@ -59,7 +59,7 @@ impl Resource {
         }
     }
 
-    /// The texture's declaration, if it is one.
+    /// The declaration of a texture; `None` for other resources.
     pub fn texture(&self) -> Option<&TextureDeclaration> {
         match &self.kind {
             ResourceKind::Texture(texture) => Some(texture),
@@ -67,7 +67,7 @@ impl Resource {
         }
     }
 
-    /// The kind in words, with an article.
+    /// The name of the kind for messages, with an article.
     pub fn kind_name(&self) -> &'static str {
         match self.kind {
             ResourceKind::Texture(_) => "a texture",
@@ -85,26 +85,26 @@ pub enum ResourceKind {
     Texture(Box<TextureDeclaration>),
     /// A buffer.
     Buffer(Box<BufferDeclaration>),
-    /// Blackboard data: values and views; `None` until the pass that publishes it is declared.
+    /// Blackboard data: values and views; `None` until the publishing pass is declared.
     Data(Option<DataShape>),
-    /// A declaration with diagnostics of its own: nothing is known, and nothing is said of it.
+    /// A declaration with errors: nothing is known of the resource, and no further diagnostics are reported about it.
     Broken,
 }
 
 /// The position of a resource in a history.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct History {
-    /// The resource that this frame writes.
+    /// The resource that the current frame writes.
     pub of: ResourceHandle,
-    /// The number of frames back; 0 for the resource that this frame writes.
+    /// The age in frames; 0 for the resource that the current frame writes.
     pub back: u32,
-    /// The number of earlier frames that can be read. Their resources follow that of this frame, in the order of their
-    /// age.
+    /// The number of earlier frames that can be read. Their resources follow that of the current frame in the list of
+    /// resources, the newest first.
     pub frames: u32,
 }
 
 impl History {
-    /// The resources of a history: this frame's, and those of earlier frames.
+    /// The resources of a history: that of the current frame, then those of earlier frames by age.
     pub fn members(self) -> impl Iterator<Item = ResourceHandle> {
         (self.of.0..=self.of.0 + self.frames).map(ResourceHandle)
     }

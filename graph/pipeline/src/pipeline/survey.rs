@@ -6,69 +6,71 @@ use umbragraph_shaders::{AxisValues, Stage};
 use umbragraph_text::document::{Entry, Kind, Value, pointer_join};
 use umbragraph_text::source::Span;
 
-/// A template with chosen axes.
+/// A template with chosen axis values.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Chosen {
-    /// Its name.
+    /// The name of the template.
     pub template: String,
-    /// The values of its axes.
+    /// The chosen values of the axes.
     pub axes: AxisValues,
-    /// The mesh properties that are axes too, in every combination.
+    /// The mesh properties that are axes of the template too; each combination of them is a variant.
     pub properties: Vec<String>,
-    /// The entry points of stages of which the template has several.
+    /// The chosen entry points, for stages in which the template has several.
     pub entry_points: EntryPoints,
 }
 
 /// The names of entry points by their stages; a stage with one entry point needs no name.
 pub type EntryPoints = BTreeMap<Stage, String>;
 
-/// A program that a pass wants.
+/// A program that a pass requires.
 #[derive(Clone, Debug)]
 pub struct Wanted {
     /// The name of the pass.
     pub pass: String,
-    /// The template, with its axes.
+    /// The template with its chosen axis values.
     pub chosen: Chosen,
     /// The place where the pass names the template.
     pub place: Span,
 }
 
-/// A pass that a configuration does not have.
+/// A pass, loop or use of a subgraph that a configuration does not have.
 #[derive(Clone, Debug)]
 pub struct Absent {
-    /// Its name in the document.
+    /// The name in the document.
     pub name: String,
-    /// The condition, or the rounds of the loop.
+    /// The place of the `when` condition, or of the rounds of the loop, that decides the absence.
     pub decided_by: Span,
-    /// Whether that is the condition of a pass at the top of the document.
+    /// Whether a `when` expression of a pass at the top level of the document decides the absence.
     pub is_top: bool,
-    /// The JSON pointer of what decides.
+    /// The JSON pointer of the deciding condition or rounds.
     pub pointer: String,
 }
 
-/// The programs and passes that one configuration wants, has and lacks, for the proof of all variants together.
+/// The programs that one configuration requires, and the passes that it has and lacks, for validating all variants
+/// together.
 #[derive(Clone, Debug, Default)]
 pub struct Survey {
-    /// The programs that passes want, in their order.
+    /// The required programs, in the order of the passes.
     pub wanted: Vec<Wanted>,
-    /// The passes of the document, and uses of subgraphs, that it has.
+    /// The places of the keys of passes and uses of subgraphs that the configuration has.
     pub present: BTreeSet<Span>,
-    /// The passes and uses of subgraphs that it does not have.
+    /// The passes, loops and uses of subgraphs that the configuration lacks, by the places of their keys.
     pub absent: BTreeMap<Span, Absent>,
 }
 
 impl Survey {
-    /// Writes down that a pass wants a program.
+    /// Records that a pass requires a program.
     pub(super) fn want(&mut self, pass: &str, chosen: &Chosen, place: Span) {
         self.wanted.push(Wanted { pass: pass.to_owned(), chosen: chosen.clone(), place });
     }
 
-    /// Writes down that a configuration has a pass, or use of a subgraph.
+    /// Records that the configuration has a pass or a use of a subgraph.
     pub(super) fn has(&mut self, entry: &Entry) {
         self.present.insert(entry.key_span);
     }
 
-    /// Writes down that a configuration does not have one, because of its `key`; a plain `false` is meant.
+    /// Records that the configuration lacks an entry because of the value under `key`. A literal `false` is intended
+    /// and not recorded.
     pub(super) fn lacks(&mut self, entry: &Entry, pointer: &str, key: &str, is_top: bool) {
         if self.absent.contains_key(&entry.key_span) {
             return;
@@ -88,7 +90,7 @@ impl Survey {
 }
 
 impl Chosen {
-    /// The values of each variant.
+    /// The axis values of each variant: one variant for each combination of the mesh properties.
     pub fn variants(&self) -> impl Iterator<Item = AxisValues> {
         (0..1_u32 << self.properties.len().min(8)).map(|mask| {
             let mut values = self.axes.clone();

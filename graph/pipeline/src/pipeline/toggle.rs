@@ -28,24 +28,24 @@ use umbragraph_text::source::Span;
 /// A runtime toggle that the host switches from frame to frame.
 #[derive(Clone, Debug)]
 pub struct Toggle {
-    /// Its name.
+    /// The name of the toggle.
     pub name: String,
-    /// Whether it is on where the host says nothing.
+    /// Whether the toggle is on until the host sets it.
     pub default: bool,
-    /// A description for people.
+    /// A description for people; `None` if the document has none.
     pub description: Option<String>,
     /// The place of the declaration.
     pub place: Span,
-    /// Its JSON pointer.
+    /// The JSON pointer of the declaration.
     pub pointer: String,
 }
 
-/// A condition on a toggle: on, or off.
+/// A condition on the state of a toggle: on or off.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Condition {
-    /// The position in [`TypedPipeline::toggles`](crate::pipeline::TypedPipeline::toggles).
+    /// The index in [`TypedPipeline::toggles`](crate::pipeline::TypedPipeline::toggles).
     pub toggle: usize,
-    /// Whether it is on.
+    /// Whether the toggle must be on; `false` if it must be off.
     pub on: bool,
 }
 
@@ -56,23 +56,23 @@ impl Condition {
         Self { on: !self.on, ..self }
     }
 
-    /// Whether it holds where the toggles are switched like this.
+    /// Returns `true` if the condition holds for these states, which are in the order of the pipeline's toggles.
     pub fn holds(self, states: &[bool]) -> bool {
         states.get(self.toggle) == Some(&self.on)
     }
 }
 
-/// The fallback of a resource in frames without the passes that write it.
+/// The fallback of a resource for frames in which the passes that write it are off.
 #[derive(Clone, Debug)]
 pub struct Passthrough {
-    /// When the resource itself is there.
+    /// The condition under which the resource itself is written and read.
     pub condition: Condition,
-    /// Its fallback otherwise.
+    /// The resource that is read if the condition does not hold.
     pub fallback: ResourceHandle,
-    /// The version of the fallback.
+    /// The version of the fallback that is read.
     pub version: Version,
-    /// The place in the document.
+    /// The place of the passthrough in the document.
     pub place: Span,
-    /// Its JSON pointer.
+    /// The JSON pointer of the passthrough.
     pub pointer: String,
 }

@@ -8,23 +8,24 @@ use crate::work::draw::Draw;
 use crate::work::handle::ResourceHandle;
 use crate::work::live::{Byte, Color, Depth, Live};
 
-/// Drawing into attachments.
+/// The work of a pass that draws into attachments.
 #[derive(Clone, Debug)]
 pub struct RenderWork {
     /// The color attachments in the order of the fragment shader's locations.
     pub color: Vec<ColorAttachment>,
-    /// The depth attachment.
+    /// The depth attachment; `None` if there is none.
     pub depth: Option<DepthAttachment>,
-    /// The stencil attachment: of the same texture, mip and layer as the depth attachment.
+    /// The stencil attachment, of the same texture, mip level and layer as the depth attachment; `None` if there is
+    /// none.
     pub stencil: Option<StencilAttachment>,
-    /// The draw.
+    /// The geometry that is drawn, with its shader and bindings.
     pub draw: Draw,
-    /// The constant of the blend equations, if there is one.
+    /// The constant color of the blend equations; `None` if none is set.
     pub blend_constant: Option<Live<Color>>,
 }
 
 impl RenderWork {
-    /// All attachments: color, depth, stencil.
+    /// All attachments in the order color, depth, stencil.
     pub fn attachments(&self) -> impl Iterator<Item = Attachment<'_>> {
         let color = self.color.iter().map(|one| Attachment::new(&one.to, one.usage(), one.load, one.discard));
         let depth = self.depth.iter().map(|one| Attachment::new(&one.to, one.usage(), one.load, one.discard));
@@ -41,9 +42,9 @@ pub struct Attachment<'a> {
     pub to: &'a Subresource,
     /// The usage of the texture.
     pub usage: Usage,
-    /// The load operation without its value.
+    /// The load operation, without the clear value.
     pub load: LoadOperation<()>,
-    /// Whether its contents are discarded after the pass.
+    /// Whether the contents are discarded after the pass.
     pub discard: bool,
 }
 
@@ -71,20 +72,20 @@ pub struct ColorAttachment {
     pub to: Subresource,
     /// The load operation.
     pub load: LoadOperation<Live<Color>>,
-    /// The blend state.
+    /// The blend state; `None` for no blending.
     pub blend: Option<wgpu_types::BlendState>,
-    /// The channels that are written.
+    /// The color channels that are written.
     pub write_mask: wgpu_types::ColorWrites,
-    /// The format in which it is written, if not the texture's own.
+    /// The format of the attachment's view; `None` for the texture's own format.
     pub format: Option<wgpu_types::TextureFormat>,
-    /// The resolve target of its samples.
+    /// The target that the samples are resolved into; `None` for no resolve.
     pub resolve: Option<Subresource>,
-    /// Whether its contents are discarded after the pass.
+    /// Whether the contents are discarded after the pass.
     pub discard: bool,
 }
 
 impl ColorAttachment {
-    /// The usage of the texture.
+    /// The usage of the texture that follows from the load operation.
     pub fn usage(&self) -> Usage {
         match self.load {
             LoadOperation::Load => Usage::ColorAttachmentLoad,
@@ -104,14 +105,15 @@ pub struct DepthAttachment {
     pub write: bool,
     /// The depth comparison.
     pub compare: wgpu_types::CompareFunction,
-    /// The bias of the rasteriser per unit of depth slope, away from the viewer where positive and depth grows away.
+    /// The rasteriser's depth bias per unit of depth slope. A positive bias points away from the viewer if depth grows
+    /// with distance.
     pub slope_bias: f32,
-    /// Whether its contents are discarded after the pass.
+    /// Whether the contents are discarded after the pass.
     pub discard: bool,
 }
 
 impl DepthAttachment {
-    /// The usage of the texture.
+    /// The usage of the texture that follows from the load operation and from `write`.
     pub fn usage(&self) -> Usage {
         match (self.load, self.write) {
             (LoadOperation::Load, false) => Usage::DepthAttachmentReadOnly,
@@ -128,16 +130,16 @@ pub struct StencilAttachment {
     pub to: Subresource,
     /// The load operation.
     pub load: LoadOperation<Live<Byte>>,
-    /// Comparisons, operations and masks.
+    /// The stencil comparisons, operations and masks.
     pub state: wgpu_types::StencilState,
     /// The reference value for comparisons and writes.
     pub reference: Live<Byte>,
-    /// Whether its contents are discarded after the pass.
+    /// Whether the contents are discarded after the pass.
     pub discard: bool,
 }
 
 impl StencilAttachment {
-    /// The usage of the texture.
+    /// The usage of the texture that follows from the load operation and from `state`.
     pub fn usage(&self) -> Usage {
         match self.load {
             LoadOperation::Load if self.state.is_read_only(None) => Usage::StencilAttachmentReadOnly,
@@ -160,7 +162,7 @@ pub enum LoadOperation<T> {
 }
 
 impl<T> LoadOperation<T> {
-    /// The operation with another type of value.
+    /// Converts the clear value with `clear`; the other operations stay the same.
     pub fn map<U>(self, clear: impl FnOnce(T) -> U) -> LoadOperation<U> {
         match self {
             LoadOperation::Load => LoadOperation::Load,

@@ -12,31 +12,31 @@ use umbragraph_text::expression::Expression;
 use umbragraph_text::language::TextureShape;
 use umbragraph_text::source::Span;
 
-/// An expression that is evaluated when sizes are known, and its place for diagnostics.
+/// An expression that is evaluated once resource sizes are known, with its place in the document for diagnostics.
 #[derive(Clone, Debug)]
 pub struct Deferred {
     /// The expression.
     pub expression: Expression,
-    /// The place in the document.
+    /// The place of the expression in the document.
     pub place: Span,
-    /// Its JSON pointer.
+    /// The JSON pointer of the expression.
     pub pointer: String,
 }
 
-/// One binding of a program.
+/// One binding of a program, with the resource or values that are bound.
 #[derive(Clone, Debug)]
 pub struct BoundSlot {
     /// The bind group.
     pub group: u32,
-    /// The binding in it.
+    /// The binding number in the group.
     pub binding: u32,
-    /// The shader's own name for it.
+    /// The name of the binding in the shader.
     pub name: String,
     /// The resource or values that it is bound to.
     pub source: SlotSource,
-    /// The place in the document.
+    /// The place of the binding in the document.
     pub place: Span,
-    /// Its JSON pointer.
+    /// The JSON pointer of the binding.
     pub pointer: String,
 }
 
@@ -47,28 +47,28 @@ pub enum SlotSource {
     Texture(BoundTexture),
     /// A buffer of the pipeline, or bytes of one.
     Buffer {
-        /// The bytes.
+        /// The buffer and the range of its bytes.
         buffer: Subresource,
-        /// The usage by the shader.
+        /// The usage of the buffer by the shader.
         usage: Usage,
     },
     /// A sampler.
     Sampler(Sampler),
-    /// Blackboard data, laid out by the shader.
+    /// Blackboard data, packed into a block as the shader declares it.
     Data {
-        /// The data.
+        /// The blackboard data.
         data: Subresource,
-        /// Members that take the values of expressions instead.
+        /// Members whose values come from expressions instead of the data; `None` if there are none.
         values: Option<BlockValues>,
     },
-    /// The view being drawn, laid out by the shader.
+    /// The view being drawn, packed into a block as the shader declares it.
     View,
-    /// Values of expressions, laid out by the shader.
+    /// Values of expressions, packed into a block as the shader declares it.
     Values(BlockValues),
 }
 
 impl SlotSource {
-    /// The members of a block that take the values of expressions.
+    /// The members of the block whose values come from expressions; `None` if the source has none.
     pub fn values(&self) -> Option<&BlockValues> {
         match self {
             SlotSource::Values(values) => Some(values),
@@ -81,27 +81,28 @@ impl SlotSource {
 /// Members of a block, each with an expression.
 #[derive(Clone, Debug)]
 pub struct BlockValues {
-    /// The block as the shader declares it.
+    /// The layout of the block as the shader declares it.
     pub layout: TypeLayout,
-    /// The members' expressions by name.
+    /// The expressions by the names of the members.
     pub expressions: Vec<(String, Live<Deferred>)>,
 }
 
-/// A texture that a shader sees.
+/// A texture that is bound to a shader.
 #[derive(Clone, Debug)]
 pub struct BoundTexture {
-    /// The part.
+    /// The texture and its subresource range.
     pub texture: Subresource,
-    /// The usage by the shader.
+    /// The usage of the texture by the shader.
     pub usage: Usage,
     /// The dimension of the view.
     pub shape: TextureShape,
-    /// The format in which it is seen, if not its own.
+    /// The format of the texture view; `None` for the texture's own format.
     pub format: Option<wgpu_types::TextureFormat>,
 }
 
 impl BoundTexture {
-    /// The view that the shader samples; of depth and stencil the depth, unless an aspect is given.
+    /// The texture view that the shader reads. A range of all aspects becomes the depth aspect, which a shader reads of
+    /// depth and stencil.
     pub fn view(&self) -> TextureView {
         let Subresource { resource, range: SubresourceRange { mip, layer, aspect, .. }, .. } = self.texture;
         let aspect = if aspect == Aspect::All { Aspect::DepthOnly } else { aspect };
@@ -109,20 +110,20 @@ impl BoundTexture {
     }
 }
 
-/// A view of a texture that a shader sees.
+/// A view of a texture that a shader reads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
 pub struct TextureView {
     /// The texture.
     pub resource: ResourceHandle,
     /// The dimension of the view.
     pub shape: TextureShape,
-    /// Mip levels, or all.
+    /// The mip levels; `None` for all.
     pub mip: Option<IndexRange<u32>>,
-    /// Layers, or all.
+    /// The layers; `None` for all.
     pub layer: Option<IndexRange<u32>>,
-    /// The aspect; of a format with depth and stencil a shader sees one.
+    /// The aspect; a shader reads either the depth or the stencil of a format that has both.
     pub aspect: Aspect,
-    /// The format in which it is seen, if not its own.
+    /// The format of the texture view; `None` for the texture's own format.
     pub format: Option<wgpu_types::TextureFormat>,
 }
 
@@ -132,23 +133,23 @@ pub struct TextureView {
 )]
 #[serde(deny_unknown_fields, default)]
 pub struct Sampler {
-    /// The filter within a level and between levels.
+    /// The filter within a mip level and between mip levels.
     pub filter: Filter,
     /// The address mode.
     pub address: Address,
-    /// For comparison samplers: which reference values pass against a texel.
+    /// The comparison of reference values with texels, for comparison samplers; `None` for other samplers.
     pub compare: Option<Compare>,
-    /// The maximum number of samples along the direction in which a texel is squeezed most; 1 for no such samples.
+    /// The maximum anisotropy: samples along the direction in which a texel is squeezed most; 1 switches it off.
     pub max_anisotropy: u16,
     /// The minimum and the maximum level of detail, in thousandths of a mip level.
     pub lod_clamp: [u32; 2],
 }
 
 impl Sampler {
-    /// The maximum level of detail without a clamp: more mip levels than any texture has.
+    /// The maximum level of detail without a clamp, in mip levels: more than any texture has.
     pub const MAX_LOD: u32 = 32;
 
-    /// Whether it reads single texels, for which a format need not be filterable.
+    /// Returns `true` if the sampler reads single texels, for which a format need not be filterable.
     pub fn is_nearest(&self) -> bool {
         self.filter == Filter::Nearest && self.max_anisotropy == 1 && self.compare.is_none()
     }
@@ -167,19 +168,19 @@ impl Default for Sampler {
 }
 
 umbragraph_text::webgpu_words! {
-    /// The filter.
+    /// The filter of a sampler.
     #[derive(Default)]
     Filter = wgpu_types::FilterMode {
         /// The nearest texel.
         Nearest,
-        /// A mix of the nearest ones.
+        /// A linear mix of the nearest texels.
         #[default]
         Linear,
     }
 }
 
 umbragraph_text::webgpu_words! {
-    /// The address mode.
+    /// The address mode for coordinates outside of the texture.
     #[derive(Default)]
     Address = wgpu_types::AddressMode {
         /// The edge's texels.
@@ -214,30 +215,30 @@ umbragraph_text::webgpu_words! {
     }
 }
 
-/// The layout of blackboard data in a block: one entry for each run of words.
+/// The layout of blackboard data in a block, as runs of 32-bit words to copy.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct BlockLayout {
     /// The size of the block in bytes.
     pub size: u32,
-    /// The words to copy, with their place in the block.
+    /// The runs of words to copy, each with its byte offset in the block.
     pub runs: Vec<BlockRun>,
 }
 
-/// A run of words that is copied to a block.
+/// A run of successive 32-bit words of a value that is copied to a block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct BlockRun {
-    /// The index of the value in its data's shape.
+    /// The index of the value in the `values` of the data's shape.
     pub value: u32,
-    /// The first word of the value.
+    /// The index of the first word in the value.
     pub word: u32,
     /// The number of words.
     pub count: u32,
-    /// The byte of the block.
+    /// The byte offset in the block.
     pub offset: u32,
 }
 
 impl BlockLayout {
-    /// Packs blackboard data into the bytes of a block; what no value fills stays as it is.
+    /// Packs blackboard data into the bytes of a block; bytes that no value fills stay as they are.
     pub fn pack(&self, data: &BlackboardData, block: &mut [u8]) {
         for run in &self.runs {
             let words = data.words_at(run.value as usize).unwrap_or_default();

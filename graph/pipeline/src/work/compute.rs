@@ -5,12 +5,12 @@ use crate::work::binding::{BoundSlot, Deferred};
 use crate::work::handle::{ProgramHandle, ResourceHandle};
 use crate::work::live::Live;
 
-/// Dispatching a compute shader.
+/// The work of a pass that dispatches a compute shader.
 #[derive(Clone, Debug)]
 pub struct ComputeWork {
-    /// The shader.
+    /// The shader program.
     pub program: ProgramHandle,
-    /// The bindings.
+    /// The bindings of the program.
     pub bindings: Vec<BoundSlot>,
     /// The size of the dispatch.
     pub dispatch: Dispatch,
@@ -19,15 +19,15 @@ pub struct ComputeWork {
 /// The size of a dispatch.
 #[derive(Clone, Debug)]
 pub enum Dispatch {
-    /// So many workgroups.
+    /// The numbers of workgroups along x, y and z.
     Workgroups([Live<Deferred>; 3]),
-    /// The number of workgroups is in three words of a buffer.
+    /// The numbers of workgroups are three `u32` in a buffer.
     Indirect(Subresource),
     /// One invocation for each texel of a texture: workgroups cover its width, height and layers.
     Over {
         /// The texture.
         resource: ResourceHandle,
-        /// The mip level whose size counts.
+        /// The mip level whose size determines the number of workgroups.
         mip: u32,
     },
 }

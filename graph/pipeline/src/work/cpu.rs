@@ -8,17 +8,17 @@ use crate::frame::FrameInput;
 use crate::pipeline::settings::evaluate::LiveSettings;
 use crate::work::Subresource;
 
-/// A function from what the host says of a frame to named data and views. The node itself is part of the plan; each
-/// executor has a clone of it, which takes over live settings. Equal nodes compute the same.
+/// A function on the CPU from the host's input of a frame to named data and views. The node is part of the plan; each
+/// executor runs a clone, which receives changed live settings. Two equal nodes must compute the same results.
 pub trait CpuNode: Clone + PartialEq + Send + Sync + std::fmt::Debug + 'static {
-    /// The state that is kept from frame to frame; `()` for nothing. Each executor has one for each pass.
+    /// The state that is kept from frame to frame; `()` for none. Each executor has one for each pass.
     type State: Default + Send + Sync + 'static;
 
-    /// Computes the data of one frame. `data` comes cleared; whatever the input is, it must end up finite.
+    /// Computes the data of one frame. `data` is cleared before; its values must end up finite whatever the input.
     fn run(&self, state: &mut Self::State, context: &CpuContext<'_>, data: &mut BlackboardData);
 
-    /// Takes over the settings that were evaluated as live ([`PassBuilder::live`](crate::pipeline::PassBuilder::live))
-    /// when some of them have changed. `None` after a diagnostic: the settings before are given again then.
+    /// Updates the node with its live settings ([`PassBuilder::live`](crate::pipeline::PassBuilder::live)) after some
+    /// of them changed. Returns `None` after a diagnostic; the previous settings are then passed again.
     fn update(&mut self, _settings: &mut LiveSettings<'_>) -> Option<()> {
         Some(())
     }
@@ -26,9 +26,9 @@ pub trait CpuNode: Clone + PartialEq + Send + Sync + std::fmt::Debug + 'static {
 
 /// A type-erased [`CpuNode`].
 pub trait AnyCpuNode: Any + Send + Sync + std::fmt::Debug {
-    /// The node with a new state.
+    /// Creates a running copy of the node with a default state.
     fn start(&self) -> Box<dyn CpuRun>;
-    /// Whether another node is of the same type and equal.
+    /// Returns `true` if `other` is of the same type and equal.
     fn is_same(&self, other: &dyn AnyCpuNode) -> bool;
 }
 
@@ -36,9 +36,9 @@ pub trait AnyCpuNode: Any + Send + Sync + std::fmt::Debug {
 pub trait CpuRun: Send + Sync {
     /// Computes the data of the next frame.
     fn run(&mut self, context: &CpuContext<'_>, data: &mut BlackboardData);
-    /// The node as it is now.
+    /// The node with its current live settings.
     fn node(&self) -> &dyn AnyCpuNode;
-    /// Takes over live settings; `None` after a diagnostic.
+    /// Updates the node with its live settings; returns `None` after a diagnostic.
     fn update(&mut self, settings: &mut LiveSettings<'_>) -> Option<()>;
 }
 
@@ -75,27 +75,27 @@ impl<N: CpuNode> CpuRun for Started<N> {
 /// The input of a CPU node for one frame.
 #[derive(Debug)]
 pub struct CpuContext<'a> {
-    /// The host's input.
+    /// The host's input for the frame.
     pub frame: &'a FrameInput,
-    /// The width and height of the picture.
+    /// The width and height of the picture, in pixels.
     pub viewport: [u32; 2],
-    /// The data that the pass declared to read, in the order of the declaration.
+    /// The blackboard data that the pass reads, in the order of `CpuWork::inputs`.
     pub inputs: &'a [&'a BlackboardData],
 }
 
-/// Work on the CPU.
+/// The work of a pass that runs a node on the CPU.
 #[derive(Clone, Debug)]
 pub struct CpuWork {
-    /// The function.
+    /// The node that runs.
     pub node: Arc<dyn AnyCpuNode>,
-    /// The data that it computes.
+    /// The blackboard data that the node computes.
     pub output: Subresource,
-    /// The data that it reads.
+    /// The blackboard data that the node reads.
     pub inputs: Vec<Subresource>,
 }
 
 impl CpuWork {
-    /// A node that computes data from a frame and from other data.
+    /// Creates the work of a node that computes `output` from a frame and from `inputs`.
     pub fn new(node: impl CpuNode, output: Subresource, inputs: Vec<Subresource>) -> Self {
         Self { node: Arc::new(node), output, inputs }
     }

@@ -7,24 +7,25 @@ use crate::work::binding::BoundSlot;
 use crate::work::handle::ProgramHandle;
 use crate::work::live::{Depth, Live};
 
-/// The draw.
+/// The geometry that a render pass draws.
 #[derive(Clone, Debug)]
 pub enum Draw {
     /// One triangle that covers the attachment.
     Fullscreen {
-        /// The shader.
+        /// The shader program.
         program: ProgramHandle,
-        /// The bindings.
+        /// The bindings of the program.
         bindings: Vec<BoundSlot>,
     },
-    /// Vertices from the pipeline's own buffers.
+    /// Vertices from buffers of the pipeline.
     Buffers(Box<BufferDraw>),
-    /// The host's draws.
+    /// Meshes of the host.
     Scene(SceneDraw),
 }
 
 impl Draw {
-    /// The shader, and what its bindings are; those of groups 2 and 3 are the host's where its meshes are drawn.
+    /// The shader program and its bindings. If the host's meshes are drawn, groups 2 and 3 are the host's and are not
+    /// included.
     pub fn bound(&self) -> (ProgramHandle, &[BoundSlot]) {
         match self {
             Draw::Fullscreen { program, bindings } => (*program, bindings),
@@ -34,26 +35,26 @@ impl Draw {
     }
 }
 
-/// Vertices from the pipeline's own buffers.
+/// A draw of vertices from buffers of the pipeline.
 #[derive(Clone, Debug)]
 pub struct BufferDraw {
-    /// The shader.
+    /// The shader program.
     pub program: ProgramHandle,
-    /// The bindings.
+    /// The bindings of the program.
     pub bindings: Vec<BoundSlot>,
     /// The vertex buffers in the order of their slots.
     pub vertices: Vec<VertexStream>,
-    /// The indices, if vertices are drawn by them.
+    /// The index buffer; `None` for a draw without indices.
     pub indices: Option<IndexStream>,
-    /// The counts of vertices and instances.
+    /// The numbers of vertices (or indices) and instances.
     pub counts: DrawCounts,
     /// The primitive topology.
     pub topology: wgpu_types::PrimitiveTopology,
-    /// The faces that are culled.
+    /// The faces that are culled; `None` for none.
     pub cull: Option<wgpu_types::Face>,
 }
 
-/// A buffer of vertices, or of what changes from instance to instance.
+/// A buffer of vertex attributes, with an element for each vertex or for each instance.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct VertexStream {
     /// The buffer.
@@ -62,7 +63,7 @@ pub struct VertexStream {
     pub stride: u64,
     /// Whether elements belong to vertices or to instances.
     pub step: wgpu_types::VertexStepMode,
-    /// The attributes, by the locations of the shader.
+    /// The attributes with their shader locations.
     pub attributes: Vec<wgpu_types::VertexAttribute>,
 }
 
@@ -71,68 +72,69 @@ pub struct VertexStream {
 pub struct IndexStream {
     /// The buffer.
     pub buffer: Subresource,
-    /// Their format.
+    /// The format of the indices.
     pub format: wgpu_types::IndexFormat,
 }
 
-/// The counts of vertices, or indices, and instances of a draw.
+/// The numbers of vertices (or indices) and instances of a draw.
 #[derive(Clone, Debug, PartialEq)]
 pub enum DrawCounts {
-    /// So many.
+    /// Counts given as numbers.
     Direct {
-        /// Vertices, or indices.
+        /// The number of vertices, or of indices if there is an index buffer.
         count: Live<u32>,
-        /// Instances.
+        /// The number of instances.
         instances: Live<u32>,
     },
-    /// The counts are in a buffer: four `u32`, or five with indices, as WebGPU lays them out.
+    /// WebGPU's indirect draw arguments in a buffer: four `u32`, or five with indices.
     Indirect(Subresource),
 }
 
-/// The host's draws, once for each view.
+/// Draws of the host's meshes, once for each view.
 #[derive(Clone, Debug)]
 pub struct SceneDraw {
-    /// The contract that the draws follow.
+    /// The name of the geometry contract that the draws follow.
     pub geometry: String,
-    /// The filter of the host's draws: a word that the host knows.
+    /// The name of the draw filter, which the host interprets.
     pub filter: String,
-    /// The data whose views are drawn.
+    /// The blackboard data whose views are drawn.
     pub views: Subresource,
-    /// The shader.
+    /// The shader program.
     pub program: ProgramHandle,
     /// The bindings of groups 0 and 1; groups 2 and 3 are the host's.
     pub bindings: Vec<BoundSlot>,
-    /// The faces that are culled; double-sided meshes are drawn from both sides whatever this says.
+    /// The faces that are culled; `None` for none. Double-sided meshes are never culled.
     pub cull: Option<wgpu_types::Face>,
     /// The order of the draws.
     pub order: DrawOrder,
-    /// The level of detail of each view's draws, 0 the finest; the last counts for all beyond.
+    /// The level of detail of each view's draws; 0 is the finest. The last entry applies to all further views.
     pub detail: Vec<u32>,
-    /// The rule for drawing views again, if the depth attachment keeps its contents from frame to frame.
+    /// The rule for redrawing views if the depth attachment keeps its contents from frame to frame, else `None`.
     pub redraw: Option<Redraw>,
 }
 
-/// When a view is drawn again whose texels are kept: where it is not as it was drawn, or where draws have changed that
-/// its filter lets through.
+/// The rule for redrawing a view whose texels are kept from frame to frame. A view is drawn again if it differs from
+/// the view as last drawn, or if draws that its filter lets through have changed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Redraw {
-    /// The depth to which a view's texels are cleared before.
+    /// The depth to which a view's texels are cleared before the redraw.
     pub clear: Live<Depth>,
-    /// The depth texture from which they are taken instead.
+    /// The depth texture from which a view's texels are copied instead of being cleared; `None` to clear them.
     pub base: Option<Subresource>,
-    /// The number of frames between draws of changed meshes, for each view; the last counts for all beyond.
+    /// For each view, the number of frames between draws of changed meshes; the last entry applies to all further
+    /// views.
     pub every: Vec<u32>,
-    /// Whether what a view still shows is moved along where it moved by whole texels over its plane.
+    /// Whether the texels that stay visible are moved along if a view moved by whole texels over its plane.
     pub scroll: bool,
 }
 
-/// The order of opaque draws. Blended ones are drawn after them, from back to front, whatever this says.
+/// The order of opaque draws. Blended draws always follow, from back to front.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum DrawOrder {
-    /// By pipeline and bindings, so that state changes least.
+    /// Sorted by pipeline and bindings, for the fewest state changes.
     #[default]
     State,
-    /// By their distance along the view, the nearest first: for a light's view by their distance to the light.
+    /// Sorted by distance along the view, the nearest first; for a light's view, by distance to the light.
     FrontToBack,
 }

@@ -8,16 +8,16 @@ use crate::whole_number::whole_number;
 use umbragraph_text::diagnostic::{Diagnostic, Place, codes};
 use umbragraph_text::expression::Value;
 
-/// A value of a work, and the live setting that it follows from.
+/// A value of a pass's work, with the live setting that it follows from.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Live<T> {
-    /// The value: of the load, or of the last frame.
+    /// The current value: from the load, or from the last update.
     pub value: T,
-    /// The position in [`Pass::live`](crate::pipeline::Pass::live); `None` of a value that stays.
+    /// The index of the setting in [`Pass::live`](crate::pipeline::Pass::live); `None` for a value that never changes.
     pub setting: Option<usize>,
 }
 
-/// A value that stays.
+/// A value that never changes.
 impl<T> From<T> for Live<T> {
     fn from(value: T) -> Self {
         Self { value, setting: None }
@@ -25,7 +25,8 @@ impl<T> From<T> for Live<T> {
 }
 
 impl<T: LiveValue> Live<T> {
-    /// Takes over the value of its setting, of all settings of the pass.
+    /// Updates the value from its live setting. `values` are those of all live settings of the pass; an invalid value
+    /// is ignored.
     pub fn update(&mut self, values: &[Value]) {
         let value = self.setting.and_then(|at| values.get(at));
         if let Some(Ok(value)) = value.map(T::read) {
@@ -34,7 +35,7 @@ impl<T: LiveValue> Live<T> {
     }
 }
 
-/// A value of another type.
+/// Returns the diagnostic for a value of another type than the wanted one.
 pub(crate) fn wrong_type(wanted: &str, found: &str) -> Diagnostic {
     let message = format!("{wanted} is wanted here, this is {found}");
     Diagnostic::error(codes::EXPRESSION_TYPE, Place::Nowhere, message)
@@ -45,16 +46,16 @@ fn out_of_bounds(message: String, help: &str) -> Diagnostic {
     Diagnostic::error(codes::OUT_OF_BOUNDS, Place::Nowhere, message).help(help)
 }
 
-/// A type of value that can change from frame to frame. Reading allocates nothing but for a value that it rejects.
+/// A type whose values can change from frame to frame. Reading a valid value allocates nothing.
 pub trait LiveValue: Copy {
-    /// The value that an expression yields.
+    /// Converts the value of an expression to this type.
     ///
     /// # Errors
-    /// A value of another type, or out of range: a diagnostic without its place.
+    /// Returns a diagnostic without a place for a value of another type, or one out of range.
     fn read(value: &Value) -> Result<Self, Diagnostic>;
 }
 
-/// Red, green, blue and alpha.
+/// A color: red, green, blue and alpha.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
 pub struct Color(pub [f64; 4]);
 
@@ -109,7 +110,7 @@ impl LiveValue for Depth {
     }
 }
 
-/// A value of stencil.
+/// An 8-bit stencil value.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct Byte(pub u8);
 
@@ -130,7 +131,7 @@ impl LiveValue for Byte {
     }
 }
 
-/// A count.
+/// A count: a whole number from 0 to `u32::MAX`.
 impl LiveValue for u32 {
     fn read(value: &Value) -> Result<Self, Diagnostic> {
         let wanted = |number: &f64| wrong_type("a whole number from 0", &number.to_string());

@@ -34,29 +34,29 @@ pub use transfer::{BufferRegion, TextureRegion, TransferEnd, TransferWork};
 use crate::access::{SubresourceRange, Usage, Version};
 use umbragraph_text::source::Span;
 
-/// A resource and the part of it that a setting names.
+/// A resource and the subresource range of it that a setting names.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Subresource {
     /// The resource.
     pub resource: ResourceHandle,
-    /// The part, as it is written.
+    /// The subresource range as the setting names it.
     pub range: SubresourceRange,
-    /// The version, where it is read.
+    /// The version of the resource, if it is read.
     pub version: Version,
-    /// The place in the document.
+    /// The place of the setting in the document.
     pub place: Span,
-    /// Its JSON pointer.
+    /// The JSON pointer of the setting.
     pub pointer: String,
 }
 
 impl Subresource {
-    /// The part as an attachment: one mip level, and one layer or the one that each view names.
+    /// The range as an attachment: one mip level, and one layer or, without one, the layer that each view names.
     pub fn target(&self) -> AttachmentTarget {
         let (mip, layer) = (self.range.mip.map_or(0, |run| run.first), self.range.layer.map(|run| run.first));
         AttachmentTarget { resource: self.resource, mip, layer }
     }
 
-    /// The first byte; of all of a buffer 0.
+    /// The byte offset in a buffer; 0 if the range is the whole buffer.
     pub fn offset(&self) -> u64 {
         self.range.bytes.map_or(0, |run| run.first)
     }
@@ -65,7 +65,7 @@ impl Subresource {
 /// The work of a pass.
 #[derive(Clone, Debug)]
 pub enum Work {
-    /// No work: of a pass that code assembles, only its accesses are known.
+    /// No work: code assembled the pass, and only its accesses are known.
     Nothing,
     /// Computes data and views on the CPU.
     Cpu(CpuWork),
@@ -78,7 +78,7 @@ pub enum Work {
 }
 
 impl Work {
-    /// The shader, and what its bindings are, of what has one.
+    /// The shader program and its bindings; `None` for work without a shader.
     pub fn bound(&self) -> Option<(ProgramHandle, &[BoundSlot])> {
         match self {
             Work::Render(render) => Some(render.draw.bound()),
@@ -87,12 +87,12 @@ impl Work {
         }
     }
 
-    /// The shader, of what has one.
+    /// The shader program; `None` for work without a shader.
     pub fn program(&self) -> Option<ProgramHandle> {
         Some(self.bound()?.0)
     }
 
-    /// The draws of the host's meshes, of what has some.
+    /// The draws of the host's meshes; `None` for other work.
     pub fn scene(&self) -> Option<&SceneDraw> {
         match self {
             Work::Render(render) => match &render.draw {
@@ -103,7 +103,7 @@ impl Work {
         }
     }
 
-    /// Its accesses with their usages, in the order in which they happen.
+    /// The subresources that the work accesses, each with its usage, in the order in which the accesses happen.
     pub fn accesses(&self) -> Vec<(&Subresource, Usage)> {
         let mut all = Vec::new();
         match self {

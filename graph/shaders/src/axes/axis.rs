@@ -3,7 +3,7 @@
 use umbragraph_text::diagnostic::{AxisValue, list_of};
 use umbragraph_text::source::Span;
 
-/// The values of an axis.
+/// The type of an axis and the values that it allows.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum AxisKind {
     /// `false` and `true`.
@@ -12,17 +12,17 @@ pub enum AxisKind {
     Enum(Vec<String>),
     /// All integers from `min` to `max`, both included.
     Integer {
-        /// The minimum.
+        /// The smallest value.
         min: i64,
-        /// The maximum.
+        /// The largest value.
         max: i64,
     },
-    /// Names of texture formats, spelt as in WGSL, in the order of their declaration.
+    /// Names of texture formats in WGSL spelling (`rgba16float`), in the order of their declaration.
     TextureFormat(Vec<String>),
 }
 
 impl AxisKind {
-    /// The number of values.
+    /// Returns the number of values.
     pub fn count(&self) -> u64 {
         match self {
             AxisKind::Bool => 2,
@@ -31,7 +31,7 @@ impl AxisKind {
         }
     }
 
-    /// Whether a value belongs to the axis.
+    /// Returns `true` if `value` is one of the axis's values.
     pub fn contains(&self, value: &AxisValue) -> bool {
         match (self, value) {
             (AxisKind::Bool, AxisValue::Bool(_)) => true,
@@ -43,7 +43,7 @@ impl AxisKind {
         }
     }
 
-    /// The values in words: `false or true`, `1 to 64`, `hard, pcf or evsm`.
+    /// Describes the values in words: `false or true`, `1 to 64`, `hard, pcf or evsm`.
     pub fn describe(&self) -> String {
         match self {
             AxisKind::Bool => "false or true".to_owned(),
@@ -57,37 +57,36 @@ impl AxisKind {
     }
 }
 
-/// The form of an axis in WGSL.
+/// The way in which the value of an axis reaches the WGSL.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AxisMode {
-    /// A variable of the template: another value may be another text.
+    /// A variable of the template: each value may generate different WGSL.
     Template,
-    /// A pipeline-overridable constant of the module: one text for all values.
+    /// A pipeline-overridable constant of the module: all values share the same WGSL.
     Override,
 }
 
-/// One axis.
+/// One axis of a template: a named parameter that selects among shader variants.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Axis {
-    /// Its name: the variable in the template, or the constant in the WGSL.
+    /// The name: of the variable in the template, or of the constant in the WGSL.
     pub name: String,
-    /// Its values.
+    /// The type and the allowed values.
     pub kind: AxisKind,
-    /// The value where none is given.
+    /// The value that is used if a pass sets none.
     pub default: AxisValue,
-    /// A description for people.
+    /// A description for readers; empty if the declaration has none.
     pub description: String,
-    /// The form in WGSL.
+    /// The way in which the value reaches the WGSL.
     pub mode: AxisMode,
-    /// Whether its minimum, default and maximum, and those that constraints name, stand for all where nothing
-    /// narrows them: a number that is only a size, in a text that is otherwise the same. Pipelines are proven with the
-    /// values that they reach all the same.
+    /// Whether only some values of an integer axis are validated: minimum, default, maximum, those that constraints
+    /// name, and one other if constraints name any. Values that pipelines use are always validated.
     pub ends: bool,
-    /// Whether it is there to choose between layouts: variants with different values of it never stand for one another,
-    /// so they may mean different things by one binding. All other variants of a template have to agree.
+    /// Whether the axis selects a bind-group layout. Variants with different values of the axis may then declare
+    /// different things at one binding; all other variants of a template must agree.
     pub own_layout: bool,
-    /// Whether it defaults to true if the pass's first color attachment has a format without `-srgb`.
+    /// Whether the default is `true` if the first color attachment of the pass has a format without `-srgb`.
     pub from_target: bool,
-    /// The place of its name in the declaration.
+    /// The source span of the axis's name in its declaration.
     pub span: Span,
 }

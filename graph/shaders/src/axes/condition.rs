@@ -8,20 +8,20 @@ use std::fmt;
 use super::axis::{Axis, AxisKind};
 use umbragraph_text::diagnostic::{AxisValue, AxisValues};
 
-/// A condition on one axis.
+/// A comparison of one axis with one value.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Condition {
-    /// The axis.
+    /// The name of the axis.
     pub axis: String,
-    /// The value that is compared with.
+    /// The value that the axis is compared with.
     pub value: AxisValue,
-    /// Whether the axis has to have the value, or must not.
+    /// `true` if the axis must have the value, `false` if it must have any other.
     pub equal: bool,
 }
 
 impl Condition {
-    /// Splits a condition into the name of its axis, the text of its value (none for a bare name) and whether it wants
-    /// equality.
+    /// Splits a condition into three parts: the axis's name, the value (`None` for a bare name), and whether equality
+    /// is required.
     pub(super) fn split(text: &str) -> (&str, Option<&str>, bool) {
         if let Some((name, value)) = text.split_once("!=") {
             return (name.trim(), Some(value.trim()), false);
@@ -35,10 +35,10 @@ impl Condition {
         }
     }
 
-    /// Reads a condition on a known axis.
+    /// Parses a condition on a known axis.
     ///
     /// # Errors
-    /// The error in words.
+    /// A message if the value does not fit the axis.
     pub(super) fn read(text: &str, axis: &Axis) -> Result<Self, String> {
         let (_, value, equal) = Self::split(text);
         let value = match (value, &axis.kind) {
@@ -57,12 +57,12 @@ impl Condition {
         Ok(Self { axis: axis.name.clone(), value, equal })
     }
 
-    /// Whether the condition holds. An axis without a value makes it false.
+    /// Returns `true` if the condition holds for these values, `false` if they have no value for the axis.
     pub fn holds(&self, values: &AxisValues) -> bool {
         values.get(&self.axis).is_some_and(|value| self.accepts(value))
     }
 
-    /// Whether the condition holds for a value of its axis.
+    /// Returns `true` if the condition holds when the axis has this value.
     pub fn accepts(&self, value: &AxisValue) -> bool {
         (*value == self.value) == self.equal
     }
@@ -79,7 +79,7 @@ impl fmt::Display for Condition {
     }
 }
 
-/// Reads the text of a value as the kind of an axis wants it.
+/// Parses a value according to the type of its axis; `None` if the axis does not allow the value.
 pub(crate) fn parse_value(text: &str, kind: &AxisKind) -> Option<AxisValue> {
     let value = match kind {
         AxisKind::Bool => AxisValue::Bool(text.parse().ok()?),

@@ -10,38 +10,38 @@ use super::condition::Condition;
 use umbragraph_text::diagnostic::{AxisValues, list_of};
 use umbragraph_text::source::Span;
 
-/// The kind of a constraint.
+/// The rule of a constraint.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Rule {
     /// If `when` holds, every condition of `all` must hold.
     Requires {
-        /// The premise; `None` for always.
+        /// The premise; `None` if the conditions must always hold.
         when: Option<Condition>,
-        /// The conditions that have to hold.
+        /// The conditions that must hold.
         all: Vec<Condition>,
     },
     /// If `when` holds, no condition of `none` may hold.
     Excludes {
-        /// The premise; `None` for always.
+        /// The premise; `None` if the conditions must never hold.
         when: Option<Condition>,
         /// The conditions that must not hold.
         none: Vec<Condition>,
     },
-    /// Exactly one holds.
+    /// Exactly one of these conditions must hold.
     OneOf(Vec<Condition>),
 }
 
-/// A constraint and its place.
+/// A constraint between axes and the source span of its declaration.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Constraint {
-    /// The kind.
+    /// The rule.
     pub rule: Rule,
-    /// The place of the declaration.
+    /// The source span of the declaration.
     pub span: Span,
 }
 
 impl Constraint {
-    /// Whether complete values satisfy the constraint.
+    /// Returns `true` if the values satisfy the constraint. Every axis needs a value.
     pub fn holds(&self, values: &AxisValues) -> bool {
         let applies = |when: &Option<Condition>| when.as_ref().is_none_or(|when| when.holds(values));
         match &self.rule {
@@ -57,7 +57,7 @@ impl Constraint {
         }
     }
 
-    /// The conditions of the constraint, the premise first.
+    /// Iterates over the conditions of the constraint, the premise first.
     pub fn conditions(&self) -> impl Iterator<Item = &Condition> {
         let (when, rest) = match &self.rule {
             Rule::Requires { when, all: rest } | Rule::Excludes { when, none: rest } => (when.as_ref(), rest),
@@ -66,7 +66,7 @@ impl Constraint {
         when.into_iter().chain(rest)
     }
 
-    /// The axes on which the constraint depends.
+    /// Returns the names of the axes on which the constraint depends.
     pub fn axes(&self) -> BTreeSet<&str> {
         self.conditions().map(|condition| condition.axis.as_str()).collect()
     }

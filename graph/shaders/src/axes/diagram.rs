@@ -15,7 +15,7 @@ use super::constraint::{Constraint, Rule};
 use super::domain::Domain;
 use umbragraph_text::diagnostic::AxisValue;
 
-/// The shape of the decision diagram of some constraints: one layer per axis that they name.
+/// The layers of the decision diagram of some constraints: one per axis that the constraints name.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Diagram {
     pub(super) layers: Vec<Layer>,
@@ -26,10 +26,10 @@ pub(super) struct Diagram {
 #[derive(Clone, Debug)]
 pub(super) struct Layer {
     pub(super) axis: String,
-    /// The values that clauses name.
+    /// The values of the axis that appear in clauses.
     pub(super) named: BTreeSet<AxisValue>,
-    /// The clauses that name this axis, each with its conditions on it, and whether this is the last axis of the
-    /// clause.
+    /// The clauses with conditions on this axis: the clause's index, these conditions, and whether this axis is the
+    /// last one of the clause.
     clauses: Vec<(usize, Vec<Condition>, bool)>,
 }
 
@@ -52,7 +52,7 @@ impl Diagram {
     }
 }
 
-/// The axes that clauses name, those that are tied to one another side by side.
+/// Orders the axes of the clauses so that axes which share a clause, directly or through others, are adjacent.
 fn order(clauses: &[Clause]) -> Vec<&str> {
     // The first axis of the group that each axis is known to be in.
     let mut groups: BTreeMap<&str, &str> = BTreeMap::new();
@@ -68,13 +68,14 @@ fn order(clauses: &[Clause]) -> Vec<&str> {
     order.into_iter().map(|(_, axis)| axis).collect()
 }
 
-/// A disjunction of conditions.
+/// A disjunction of conditions: at least one of them must hold.
 type Clause = Vec<Condition>;
 
 impl Layer {
-    /// The clauses satisfied once the axis has this value; `None` if a clause can no longer be.
+    /// Returns the bit set of satisfied clauses after the axis takes `value`; `None` if a clause can no longer be
+    /// satisfied.
     ///
-    /// A clause that is through is forgotten, so that nodes which differ in nothing that matters meet.
+    /// The bit of a clause is cleared at the clause's last axis, so that equivalent nodes of the diagram merge.
     pub(super) fn after(&self, satisfied: &[u64], value: &AxisValue) -> Option<Vec<u64>> {
         let mut satisfied = satisfied.to_vec();
         for (clause, conditions, last) in &self.clauses {
@@ -91,7 +92,8 @@ impl Layer {
     }
 }
 
-/// The values of an axis that clauses can tell apart, with the number of values that each stands for.
+/// Groups the values of an axis that no clause distinguishes. Returns one value per group with the number of values in
+/// it. `decided` leaves only that one value.
 pub(super) fn classes(layer: &Layer, domain: &Domain, decided: Option<&AxisValue>) -> Vec<(AxisValue, u128)> {
     if let Some(value) = decided {
         return vec![(value.clone(), 1)];

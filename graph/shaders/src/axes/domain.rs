@@ -3,17 +3,17 @@
 use super::axis::AxisKind;
 use umbragraph_text::diagnostic::AxisValue;
 
-/// The values that an axis may still have.
+/// The values that an axis can still have after narrowing.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Domain {
     /// All integers of a range, both ends included.
     Range(i64, i64),
-    /// These, in this order.
+    /// These values, in this order.
     Values(Vec<AxisValue>),
 }
 
 impl Domain {
-    /// All values of an axis.
+    /// Returns all values of an axis.
     pub(crate) fn of(kind: &AxisKind) -> Self {
         match kind {
             AxisKind::Bool => Self::Values(vec![false.into(), true.into()]),

@@ -17,7 +17,7 @@ use umbragraph_text::document::{Entry, Value};
 use umbragraph_text::language::parse_format;
 use umbragraph_text::source::{FileId, Sources, Span};
 
-/// One side file as it is written: axes, and constraints that are not yet tied to axes.
+/// One parsed file `NAME.axes.json`: its axes, and constraints whose conditions are still unparsed strings.
 #[derive(Clone, Debug)]
 pub(crate) struct Declaration {
     pub(crate) file: FileId,
@@ -29,7 +29,7 @@ pub(crate) struct Declaration {
 struct WrittenConstraint {
     span: Span,
     when: Option<WrittenCondition>,
-    /// The conditions written under each present key: `requires`, `excludes` or `one_of`.
+    /// The conditions of each key that is present (`requires`, `excludes`, `one_of`).
     rules: Vec<(&'static str, Vec<WrittenCondition>)>,
 }
 
@@ -39,7 +39,7 @@ struct WrittenCondition {
     span: Span,
 }
 
-/// Parses a side file. What can be understood is returned; every diagnostic is in `diagnostics`.
+/// Parses a file of axes. Returns everything that is valid, and adds all errors to `diagnostics`.
 pub(crate) fn parse(sources: &Sources, file: FileId, diagnostics: &mut Diagnostics) -> Declaration {
     let document = match umbragraph_text::document::parse(sources, file).valid() {
         Ok(document) => document,
@@ -55,13 +55,14 @@ pub(crate) fn parse(sources: &Sources, file: FileId, diagnostics: &mut Diagnosti
 }
 
 impl Declaration {
-    /// A file that cannot be read.
+    /// An empty declaration for a file that cannot be parsed; `why` holds the errors.
     pub(crate) fn unreadable(file: FileId, why: impl IntoIterator<Item = Diagnostic>) -> Self {
         let lost = Lost { names: BTreeSet::new(), diagnostics: why.into_iter().collect() };
         Self { file, axes: Axes { lost, ..Axes::default() }, constraints: Vec::new() }
     }
 
-    /// Ties the constraints to axes: those of this file and those already inherited into `axes`.
+    /// Parses the conditions of this file's constraints, and puts these constraints before those in `axes`. `axes`
+    /// holds the file's own and inherited axes.
     pub(crate) fn resolve(&self, axes: &mut Axes, diagnostics: &mut Vec<Diagnostic>) {
         let mut own = Vec::new();
         for written in &self.constraints {
@@ -136,7 +137,7 @@ impl Reader<'_> {
         })
     }
 
-    /// The entries of an object that can have these keys; `None` for what is no object.
+    /// Reports entries of an object with other keys than `keys`. Returns `None` if the value is not an object.
     fn known_keys(&mut self, value: &Value, what: &str, keys: &[&str]) -> Option<()> {
         let entries = self.entries(value, what);
         for entry in entries.iter().filter(|entry| !keys.contains(&entry.key.as_str())) {
@@ -159,7 +160,7 @@ impl Reader<'_> {
         value.text()
     }
 
-    /// One of a few words.
+    /// Returns the string if it is one of `words`; else reports an error.
     fn word<'v>(&mut self, value: &'v Value, words: &[&str]) -> Option<&'v str> {
         let word = value.text().filter(|word| words.contains(word));
         if word.is_none() {
@@ -202,7 +203,7 @@ impl Reader<'_> {
         }
     }
 
-    /// Reads an axis; `None` where it cannot be told what it is.
+    /// Parses and stores one axis; `None` if its declaration is invalid.
     fn axis(&mut self, entry: &Entry) -> Option<()> {
         const KEYS: &[&str] = &[
             "type",

@@ -2,10 +2,10 @@
 
 use serde_json::{Value, json};
 
-/// The schema of a declaration of axes.
+/// Returns the JSON Schema of a file of axes.
 ///
-/// It says what can be said of a file on its own; that conditions are about existing axes, and defaults among the
-/// values, is checked when the file is read.
+/// The schema covers the structure of a single file. References between axes and the range of defaults are checked
+/// when the file is read.
 pub fn schema() -> Value {
     let conditions = json!({
         "type": "array",

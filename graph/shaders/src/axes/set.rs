@@ -7,63 +7,63 @@ use super::constraint::Constraint;
 use umbragraph_text::diagnostic::{AxisValues, Diagnostic};
 use umbragraph_text::source::Span;
 
-/// Axes that are declared, but not so that anybody could tell what they are. A template that has them cannot be
-/// rendered, and that its text knows nothing of them only follows.
+/// Axes whose declarations are invalid. A template with any of them is not rendered, since it would only report
+/// follow-up errors.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Lost {
     pub(super) names: BTreeSet<String>,
     pub(crate) diagnostics: Vec<Diagnostic>,
 }
 
-/// The axes of a template, its own and the inherited ones, and their constraints.
+/// The axes of a template and their constraints, including the inherited ones.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Axes {
     pub(super) axes: BTreeMap<String, Axis>,
     pub(super) constraints: Vec<Constraint>,
-    /// The templates whose axes are inherited, each with the place that says so.
+    /// The names of the templates whose axes are inherited, each with its source span.
     pub(crate) inherits: Vec<(String, Span)>,
-    /// Axes that are declared, but not so that anybody could tell what they are.
+    /// Axes whose declarations are invalid.
     pub(crate) lost: Lost,
 }
 
 impl Axes {
-    /// The axes in the order of their names.
+    /// Iterates over the axes in the order of their names.
     pub fn iter(&self) -> impl Iterator<Item = &Axis> {
         self.axes.values()
     }
 
-    /// An axis by its name.
+    /// Returns the axis with this name, or `None`.
     pub fn get(&self, name: &str) -> Option<&Axis> {
         self.axes.get(name)
     }
 
-    /// The names in order.
+    /// Iterates over the names of the axes in alphabetical order.
     pub fn names(&self) -> impl Iterator<Item = &str> {
         self.axes.keys().map(String::as_str)
     }
 
-    /// Whether there are none.
+    /// Returns `true` if the template has no axes.
     pub fn is_empty(&self) -> bool {
         self.axes.is_empty()
     }
 
-    /// The constraints, own ones first, in the order of their declaration.
+    /// The constraints in the order of their declaration, the template's own before inherited ones.
     pub fn constraints(&self) -> &[Constraint] {
         &self.constraints
     }
 
-    /// The default value of every axis.
+    /// Returns the default value of every axis.
     pub fn defaults(&self) -> AxisValues {
         self.axes.iter().map(|(name, axis)| (name.clone(), axis.default.clone())).collect()
     }
 
-    /// The constraints that complete values break.
+    /// Iterates over the constraints that the values violate. Every axis needs a value.
     pub fn violated<'a>(&'a self, values: &'a AxisValues) -> impl Iterator<Item = &'a Constraint> {
         self.constraints.iter().filter(|constraint| !constraint.holds(values))
     }
 
-    /// Takes over the axes and constraints of an inherited template. An own declaration stays; the answer is the pairs
-    /// that do not agree (own, inherited).
+    /// Adds the axes and constraints of an inherited template. Own declarations take precedence. Returns the pairs
+    /// (own, inherited) that differ in type, values or mode.
     pub(crate) fn inherit(&mut self, other: &Axes) -> Vec<(Axis, Axis)> {
         let mut conflicts = Vec::new();
         for axis in other.axes.values() {

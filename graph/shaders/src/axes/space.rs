@@ -20,10 +20,10 @@ use super::domain::Domain;
 use super::set::Axes;
 use umbragraph_text::diagnostic::{AxisValue, AxisValues, Count};
 
-/// The maximum number of nodes of one layer of the diagram.
+/// The maximum number of nodes in one layer of the decision diagram.
 const MAX_NODES: usize = 1 << 16;
 
-/// The combinations of a template's axes that constraints allow.
+/// The combinations of axis values of a template that satisfy its constraints.
 #[derive(Clone, Debug)]
 pub struct Space {
     axes: BTreeMap<String, (Domain, AxisMode)>,
@@ -33,7 +33,7 @@ pub struct Space {
 }
 
 impl Space {
-    /// The space of all configurations in which the axes that `allowed` names have one of the values named there.
+    /// Creates the space of `axes`. An axis in `allowed` is restricted to the values listed there.
     pub(crate) fn new(axes: &Axes, allowed: &BTreeMap<String, Vec<AxisValue>>) -> Self {
         let domains = axes.iter().map(|axis| {
             let domain = match (allowed.get(&axis.name), &axis.kind) {
@@ -65,7 +65,7 @@ impl Space {
         }
     }
 
-    /// The space of these names with these values under constraints, apart from any template.
+    /// Creates a space from lists of values by axis name and constraints, independent of a template.
     pub fn of(values: BTreeMap<String, Vec<AxisValue>>, constraints: Vec<Constraint>) -> Self {
         let domain = |(name, values)| (name, (Domain::Values(values), AxisMode::Template));
         Self {
@@ -76,27 +76,27 @@ impl Space {
         }
     }
 
-    /// The values of an axis that is a variable of the template.
+    /// The values of an axis that is a template variable; `None` for an override or an unknown name.
     pub(crate) fn variable(&self, name: &str) -> Option<&Domain> {
         self.axes.get(name).filter(|(_, mode)| *mode == AxisMode::Template).map(|(domain, _)| domain)
     }
 
-    /// The default of an axis.
+    /// The default value of an axis.
     pub(crate) fn default_of(&self, name: &str) -> Option<&AxisValue> {
         self.defaults.get(name)
     }
 
-    /// The number of configurations that agree with `decided`.
+    /// Returns the number of combinations that contain the values in `decided`.
     pub fn count(&self, decided: &AxisValues) -> Count {
         self.walk(decided, &self.diagram).unwrap_or(Count { number: 1, exact: false })
     }
 
-    /// Whether some configuration agrees with `decided`.
+    /// Returns `true` if some combination contains the values in `decided`, or if the search is too large to decide.
     pub(crate) fn possible(&self, decided: &AxisValues) -> bool {
         self.walk(decided, &self.diagram).is_none_or(|count| count.number > 0)
     }
 
-    /// A smallest set of constraints that leave no configuration; empty if there is one.
+    /// Returns a minimal set of contradictory constraints; empty if a combination of values exists.
     pub(crate) fn clash(&self) -> Vec<Constraint> {
         let nothing = AxisValues::new();
         let impossible = |constraints: &[Constraint]| {
@@ -119,8 +119,8 @@ impl Space {
         kept
     }
 
-    /// A configuration that agrees with `decided`: the default of each further axis where the constraints allow it,
-    /// else its first value that they allow.
+    /// Extends `decided` to a complete combination. Each further axis gets its default if the constraints allow it,
+    /// else its first allowed value. `None` if `decided` has no completion.
     pub(crate) fn complete(&self, decided: &AxisValues) -> Option<AxisValues> {
         let mut values = decided.clone();
         if !self.possible(&values) {
@@ -144,7 +144,7 @@ impl Space {
         Some(values)
     }
 
-    /// Counts the completions of `decided`; `None` where the diagram grows too wide.
+    /// Counts the completions of `decided`; `None` if a layer of the diagram exceeds [`MAX_NODES`].
     fn walk(&self, decided: &AxisValues, diagram: &Diagram) -> Option<Count> {
         let mut total = Count { number: 1, exact: true };
         for (name, (domain, _)) in &self.axes {
@@ -193,7 +193,7 @@ mod tests {
         Space::new(fixture.set.axes("main.wgsl.jinja").unwrap(), &BTreeMap::new())
     }
 
-    /// Counts by going through the whole product.
+    /// Counts the valid combinations by enumerating all of them.
     fn brute_force(space: &Space) -> u128 {
         let mut all = vec![AxisValues::new()];
         for (name, (domain, _)) in &space.axes {

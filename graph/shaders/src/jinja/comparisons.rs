@@ -11,7 +11,7 @@ use crate::codes;
 use umbragraph_text::diagnostic::{AxisValue, Diagnostic};
 use umbragraph_text::source::Span;
 
-/// The diagnostics about a template with these axes.
+/// Returns an error for each comparison of a template axis with a literal that is not one of the axis's values.
 pub(crate) fn check(template: &Template, axes: &Axes) -> Vec<Diagnostic> {
     let names = &template.prepared.names;
     let diagnostic = |compared: &Compared| {

@@ -10,21 +10,21 @@ use minijinja::{Environment, Error, State, UndefinedBehavior, escape_formatter, 
 use super::guard;
 use super::scan::syntax;
 
-/// The names that are functions in every template.
+/// The functions that every template can call.
 pub(crate) const FUNCTIONS: &[&str] =
     &["range", "namespace", "dict", guard::FITS, guard::FACTOR, guard::SEEN, guard::INDEXED];
 
-/// The names of the filters.
+/// The filters that templates can use.
 pub(crate) const FILTERS: &[&str] = &[
     "abs", "count", "default", "first", "float", "indent", "int", "join", "last", "length", "lower", "max",
     "min", "replace", "round", "trim", "upper",
 ];
 
-/// The names of the tests that stand behind `is`.
+/// The tests that templates can use after `is`.
 pub(crate) const TESTS: &[&str] =
     &["defined", "divisibleby", "even", "in", "integer", "none", "number", "odd", "string", "undefined"];
 
-/// An environment without templates.
+/// Creates a minijinja environment with the allowed filters, tests and functions, and without templates.
 pub(crate) fn environment() -> Environment<'static> {
     let mut environment = Environment::empty();
     environment.set_undefined_behavior(UndefinedBehavior::Strict);
@@ -97,7 +97,7 @@ fn add_tests(environment: &mut Environment<'static>) {
     environment.add_test("undefined", tests::is_undefined);
 }
 
-/// A text of a size that a variable could have; going through it counts.
+/// Returns the string if it is at most [`guard::MAX_VALUE`] bytes long, and counts the work of scanning it.
 fn read(text: &str) -> Result<&str, Error> {
     if text.len() > guard::MAX_VALUE {
         return Err(guard::limit("a filter gets a value larger than 1 MiB"));
@@ -136,7 +136,7 @@ fn min(state: &State<'_, '_>, value: Value, options: Kwargs) -> Result<Value, Er
     filters::min(state, value, options)
 }
 
-/// Checks that a filter may make a text of this size.
+/// Returns an error if a filter's result of this size would exceed [`guard::MAX_VALUE`].
 fn may_make(bytes: usize) -> Result<(), Error> {
     if bytes > guard::MAX_VALUE {
         return Err(guard::limit("a filter makes a value larger than 1 MiB"));

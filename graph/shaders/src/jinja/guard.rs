@@ -13,29 +13,29 @@ use std::time::{Duration, Instant};
 use minijinja::value::{Tuple, Value, ValueKind};
 use minijinja::{Error, ErrorKind};
 
-/// The largest value of an expression, in bytes of text or in elements.
+/// The maximum size of an expression's value, in bytes of strings plus elements.
 pub(crate) const MAX_VALUE: usize = 1 << 20;
-/// The largest text that all expressions of one rendering may write, captured text included.
+/// The maximum number of bytes that all expressions of one rendering write, including captured output.
 pub(crate) const MAX_WRITTEN: usize = 16 << 20;
-/// The maximum work of checks and filters in one rendering, in elements and pieces of [`PIECE`] bytes.
+/// The maximum work of checks and filters in one rendering, in elements and in pieces of [`PIECE`] bytes.
 const MAX_WORK: usize = 4 << 20;
-/// The number of bytes of text that cost as much to scan as one element.
+/// The number of string bytes that count as one element of work.
 const PIECE: usize = 64;
-/// The maximum time of one rendering. It bounds what fuel, work and sizes miss: texts of up to 100 MB within one
-/// expression. Builds without optimization get more time.
+/// The maximum time of one rendering. It limits operations that fuel, work and sizes do not cover, such as strings of
+/// up to 100 MB within one expression. Builds without optimization get more time.
 const MAX_TIME: Duration = Duration::from_secs(if cfg!(debug_assertions) { 4 } else { 1 });
-/// The function around a value that may have grown.
+/// The name of the function that checks the size of a value.
 pub(crate) const FITS: &str = "__fits";
-/// The function around an operand of a multiplication.
+/// The name of the function that wraps an operand of a multiplication.
 pub(crate) const FACTOR: &str = "__factor";
-/// The function around a value whose elements are visited.
+/// The name of the function that counts the work of visiting a value's elements.
 pub(crate) const SEEN: &str = "__seen";
-/// The function around a value that is indexed: elements cost one step, characters are counted one by one.
+/// The name of the function that counts the work of indexing: one step for a list, one per character for a string.
 pub(crate) const INDEXED: &str = "__indexed";
 
-/// The engine's own functions, none of which makes a text or a list of lists.
+/// The engine's own functions; none of them returns a string or a nested list.
 pub(crate) const PLAIN_FUNCTIONS: [&str; 3] = ["range", "namespace", "dict"];
-/// Steps of the template engine for one rendering.
+/// The maximum number of engine steps ("fuel") for one rendering.
 const FUEL: u64 = 1_000_000;
 
 thread_local! {
@@ -46,19 +46,19 @@ thread_local! {
     static HAS_CLOCK: Cell<bool> = const { Cell::new(cfg!(not(target_family = "wasm"))) };
 }
 
-/// The fuel for one rendering in an environment that holds `longest` bytes of literal text in one piece: captured text
-/// does not reach the sink, so that steps times piece has to stay bounded as well.
+/// Returns the fuel for one rendering. A longer literal (`longest`, in bytes) means less fuel, which limits the size
+/// of captured output.
 pub(crate) fn fuel(longest: usize) -> u64 {
     ((1_u64 << 30) / (longest as u64).max(1)).clamp(10_000, FUEL)
 }
 
-/// Turns the clock off on this thread: only fuel and sizes end a rendering, however slow the machine is.
+/// Disables the time limit on this thread; fuel and sizes still limit a rendering.
 #[cfg(test)]
 pub(crate) fn without_clock() {
     HAS_CLOCK.set(false);
 }
 
-/// Starts the clock and the count of one rendering on this thread.
+/// Starts the clock and resets the counters for one rendering on this thread.
 pub(crate) fn begin() {
     // Browsers have no clock here; fuel and sizes hold there too.
     let clock = HAS_CLOCK.get().then(Instant::now);
@@ -67,7 +67,7 @@ pub(crate) fn begin() {
     WORK.set(0);
 }
 
-/// Counts elements and bytes of text that are visited in addition to the engine's own steps.
+/// Counts visited elements and string bytes as work; returns an error above [`MAX_WORK`].
 pub(crate) fn work(elements: usize, bytes: usize) -> Result<(), Error> {
     let total = WORK.get().saturating_add(elements).saturating_add(bytes / PIECE);
     WORK.set(total);
@@ -77,7 +77,7 @@ pub(crate) fn work(elements: usize, bytes: usize) -> Result<(), Error> {
     in_time()
 }
 
-/// Counts text that an expression writes.
+/// Counts bytes that an expression writes; returns an error above [`MAX_WRITTEN`].
 pub(crate) fn written(bytes: usize) -> Result<(), Error> {
     let total = WRITTEN.get().saturating_add(bytes);
     WRITTEN.set(total);
@@ -90,12 +90,12 @@ pub(crate) fn written(bytes: usize) -> Result<(), Error> {
     if calls.is_multiple_of(16) { in_time() } else { Ok(()) }
 }
 
-/// The bytes written by expressions and the work since [`begin`].
+/// Returns the bytes written by expressions and the work, both since [`begin`].
 pub(crate) fn spent() -> (usize, usize) {
     (WRITTEN.get(), WORK.get())
 }
 
-/// Whether one rendering may write and do so much.
+/// Returns `true` if both values are within the limits of one rendering: bytes written and work.
 pub(crate) fn is_within(written: usize, work: usize) -> bool {
     written <= MAX_WRITTEN && work <= MAX_WORK
 }
@@ -107,17 +107,17 @@ fn in_time() -> Result<(), Error> {
     }
 }
 
-/// The error of an exceeded limit; [`is_limit`] recognises it.
+/// Creates the error of an exceeded limit, which [`is_limit`] recognizes.
 pub(crate) fn limit(message: &'static str) -> Error {
     Error::new(ErrorKind::OutOfFuel, message)
 }
 
-/// Whether an error reports an exceeded limit.
+/// Returns `true` if the error reports an exceeded limit.
 pub(crate) fn is_limit(error: &Error) -> bool {
     error.kind() == ErrorKind::OutOfFuel
 }
 
-/// Returns the value of an expression, or an error if it is larger than [`MAX_VALUE`].
+/// Returns the value, or an error if it is larger than [`MAX_VALUE`].
 pub(crate) fn grown(value: Value) -> Result<Value, Error> {
     if value.is_number() {
         return Ok(value);
@@ -128,7 +128,7 @@ pub(crate) fn grown(value: Value) -> Result<Value, Error> {
     if fit { Ok(value) } else { Err(limit("an expression makes a value larger than 1 MiB")) }
 }
 
-/// Turns a tuple operand of a multiplication into a list: the engine repeats lists lazily, but copies tuples at once.
+/// Converts a tuple operand of a multiplication to a list, since the engine repeats lists lazily but copies tuples.
 pub(crate) fn factor(value: Value) -> Value {
     match value.downcast_object_ref::<Tuple>() {
         Some(tuple) => Value::from(tuple.iter().cloned().collect::<Vec<Value>>()),
@@ -136,7 +136,7 @@ pub(crate) fn factor(value: Value) -> Value {
     }
 }
 
-/// Charges a value whose elements are visited: one unit of work per element, or per piece of a text.
+/// Counts the work of visiting a value: one per element, or one per [`PIECE`] bytes of a string.
 pub(crate) fn seen(value: Value) -> Result<Value, Error> {
     match value.as_str() {
         Some(text) => work(1, text.len())?,
@@ -145,7 +145,7 @@ pub(crate) fn seen(value: Value) -> Result<Value, Error> {
     Ok(value)
 }
 
-/// Charges a value that is indexed: the engine counts the characters of a text up to the index.
+/// Counts the work of indexing a value: the engine counts a string's characters up to the index.
 pub(crate) fn indexed(value: Value) -> Result<Value, Error> {
     if let Some(text) = value.as_str() {
         work(1, text.len())?;

@@ -4,11 +4,11 @@ use std::ops::Range;
 
 use super::scan::{Tag, WordKind};
 
-/// The most words of an expression, of lists and arguments the longest element counting, and the most branches of one
-/// `if`: the engine descends them on the stack.
+/// The maximum number of words in an expression, and of branches in one `if`. The engine recurses over both. Of the
+/// elements of a list, only the longest counts.
 const MAX_WORDS: usize = 1024;
 
-/// A tag that is longer than an expression may be, or has more branches than an `if` may have.
+/// Returns the first tag that exceeds [`MAX_WORDS`], with a message; `None` if there is none.
 pub(crate) fn too_long(text: &str, tags: &[Tag]) -> Option<(Range<usize>, &'static str)> {
     let mut branches: Vec<usize> = Vec::new();
     for tag in tags {

@@ -12,55 +12,55 @@ use std::ops::Range;
 use minijinja::machinery::{Token, Tokenizer};
 use minijinja::syntax::SyntaxConfig;
 
-/// The kind of a tag.
+/// The kind of a template tag.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum TagKind {
-    /// `{{ .. }}`
+    /// An expression tag: `{{ .. }}`.
     Expression,
-    /// `{% .. %}`
+    /// A block tag: `{% .. %}`.
     Block,
 }
 
-/// A tag of a template, such as `{% if … %}` or `{{ … }}`.
+/// A tag of a template, such as `{% if sscs %}` or `{{ taps }}`.
 #[derive(Clone, Debug)]
 pub(crate) struct Tag {
-    /// Its bytes, with the delimiters.
+    /// The byte range of the tag, including its delimiters.
     pub(crate) range: Range<usize>,
     pub(crate) kind: TagKind,
     pub(crate) words: Vec<Word>,
-    /// Whether the text ends before it does.
+    /// Whether the tag has no closing delimiter before the end of the template.
     pub(crate) is_open: bool,
 }
 
-/// One word of a tag.
+/// One token inside a tag.
 #[derive(Clone, Debug)]
 pub(crate) struct Word {
     pub(crate) range: Range<usize>,
     pub(crate) kind: WordKind,
 }
 
-/// The kind of a word.
+/// The kind of a token inside a tag.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum WordKind {
     /// A name or a keyword.
     Identifier,
-    /// A string with its quotes.
+    /// A string literal with its quotes.
     Text,
-    /// A number.
+    /// A numeric literal.
     Number,
-    /// An operator or a bracket.
+    /// An operator or bracket.
     Sign,
 }
 
-/// A template in pieces, both lists in the order of the text.
+/// The tags and literal pieces of a template, each in source order.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Scan {
     pub(crate) tags: Vec<Tag>,
-    /// Literal text, without the white space that tags take away.
+    /// The byte ranges of literal text, without white space that tags trim.
     pub(crate) literals: Vec<Range<usize>>,
 }
 
-/// A piece of a template.
+/// A piece of a template: literal text or a tag.
 #[derive(Clone, Copy)]
 pub(crate) enum Piece<'s> {
     Literal(&'s Range<usize>),
@@ -68,7 +68,7 @@ pub(crate) enum Piece<'s> {
 }
 
 impl Scan {
-    /// The literal pieces and tags in the order of the text.
+    /// Iterates over literal pieces and tags in source order.
     pub(crate) fn pieces(&self) -> impl Iterator<Item = Piece<'_>> {
         let (mut tags, mut literals) = (self.tags.iter().peekable(), self.literals.iter().peekable());
         std::iter::from_fn(move || match (tags.peek(), literals.peek()) {
@@ -82,13 +82,13 @@ impl Scan {
 }
 
 impl Tag {
-    /// The keyword of a block tag.
+    /// The first word of a block tag, such as `if`; `None` for an expression tag.
     pub(crate) fn keyword<'t>(&self, text: &'t str) -> Option<&'t str> {
         let first = self.words.first().filter(|word| word.kind == WordKind::Identifier)?;
         (self.kind == TagKind::Block).then(|| text.get(first.range.clone())).flatten()
     }
 
-    /// The word at an index, as it is written.
+    /// The source of the token at index `at`; `None` if there is no such token.
     pub(crate) fn word<'t>(&self, text: &'t str, at: usize) -> Option<&'t str> {
         text.get(self.words.get(at)?.range.clone())
     }
@@ -137,7 +137,7 @@ pub(crate) fn scan(text: &str) -> Scan {
     }
 }
 
-/// The syntax of tags: a block tag trims the newline after it and the indentation before it.
+/// The tag syntax: a block tag trims the newline after it and the indentation before it.
 pub(crate) fn syntax() -> SyntaxConfig {
     let mut builder = SyntaxConfig::builder();
     // The default delimiters, so building cannot fail.

@@ -14,7 +14,7 @@ use crate::codes;
 use umbragraph_text::diagnostic::{Diagnostic, list_of};
 use umbragraph_text::source::Span;
 
-/// The statements that are allowed anywhere.
+/// The statements that are allowed everywhere in a template.
 const STATEMENTS: &[&str] = &[
     "autoescape",
     "block",
@@ -33,7 +33,7 @@ const STATEMENTS: &[&str] = &[
     "with",
 ];
 
-/// A block without its end so far.
+/// A block whose end tag has not been found.
 #[derive(Clone)]
 struct Open<'t> {
     keyword: &'t str,
@@ -54,7 +54,7 @@ impl Open<'_> {
     }
 }
 
-/// A template that cannot be compiled.
+/// Returns the diagnostic for a template that the engine cannot compile.
 pub(crate) fn syntax(template: &Template, error: &Error) -> Diagnostic {
     let detail = error.detail().map_or_else(|| error.kind().to_string(), str::to_owned);
     diagnostic(template, &detail, range(template, error))
@@ -78,7 +78,7 @@ pub(crate) fn range(template: &Template, error: &Error) -> Option<Range<usize>> 
     Some(start + indent..start + length)
 }
 
-/// The diagnostic for a template that the engine rejected with `detail` at a place.
+/// Returns the diagnostic for a template that the engine rejects. `detail` is the engine's message.
 pub(crate) fn diagnostic(template: &Template, detail: &str, place: Option<Range<usize>>) -> Diagnostic {
     let span = |range: Range<usize>| Span::new(template.file, range);
     let error = |range: Range<usize>, message: &str| {
@@ -154,7 +154,7 @@ fn statement(
     }
 }
 
-/// The last tag or comment, where it has no end.
+/// The range of an unclosed last tag or comment, with its closing delimiter; `None` if all are closed.
 fn unclosed_tag(template: &Template, detail: &str) -> Option<(Range<usize>, &'static str)> {
     if detail == "unexpected end of comment" {
         let start = template.text.rfind("#}").map_or(0, |end| end + 2);
@@ -164,7 +164,7 @@ fn unclosed_tag(template: &Template, detail: &str) -> Option<(Range<usize>, &'st
     Some((tag.range.clone(), if tag.kind == TagKind::Block { "%}" } else { "}}" }))
 }
 
-/// The blocks that are open before a place, the outermost first.
+/// Returns the blocks that are open at byte offset `before`, the outermost first.
 fn open_blocks(template: &Template, before: usize) -> Vec<Open<'_>> {
     let mut open: Vec<Open<'_>> = Vec::new();
     for tag in template.scan.tags.iter().take_while(|tag| tag.range.end <= before) {
@@ -184,7 +184,7 @@ fn open_blocks(template: &Template, before: usize) -> Vec<Open<'_>> {
     open
 }
 
-/// Whether a `set` has its value in the tag, and no block.
+/// Returns `true` if a `set` tag assigns a value, and does not start a block.
 fn assigns(template: &Template, tag: &Tag) -> bool {
     (0..tag.words.len()).any(|at| tag.word(&template.text, at) == Some("="))
 }

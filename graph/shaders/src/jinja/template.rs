@@ -7,13 +7,13 @@ use super::tree;
 use umbragraph_text::diagnostic::Diagnostic;
 use umbragraph_text::source::FileId;
 
-/// One template.
+/// One parsed template.
 #[derive(Debug)]
 pub(crate) struct Template {
     pub(crate) file: FileId,
     pub(crate) text: Arc<str>,
     pub(crate) scan: Scan,
     pub(crate) prepared: tree::Prepared,
-    /// Why it cannot be used at all.
+    /// The error that makes the template unusable; `None` if it is usable.
     pub(crate) broken: Option<Diagnostic>,
 }

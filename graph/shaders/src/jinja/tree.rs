@@ -21,40 +21,40 @@ use minijinja::machinery::{Span, parse};
 use super::guard::{FACTOR, FITS, INDEXED, PLAIN_FUNCTIONS, SEEN};
 use super::scan::syntax;
 
-/// The most operands of one chain between two checks.
+/// The maximum number of operands in a chain of one operator between two size checks.
 const LINKS: usize = 16;
 
-/// The names of a template, each list in the order of the text.
+/// The variables that a template uses and assigns, and its comparisons, in source order.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Names {
-    /// Variables that are read, and where.
+    /// The variables that are read, each with its byte range.
     pub(crate) uses: Vec<(String, Range<usize>)>,
-    /// Variables that some tag binds.
+    /// The variables that a tag of the template assigns.
     pub(crate) bound: BTreeSet<String>,
     pub(crate) compared: Vec<Compared>,
 }
 
-/// A comparison of a variable with a string or a number that is written out.
+/// A comparison of a variable with a literal string or number.
 #[derive(Clone, Debug)]
 pub(crate) struct Compared {
     pub(crate) variable: String,
-    /// The literal, and where it stands.
+    /// The literal's value; its byte range is in `range`.
     pub(crate) literal: minijinja::Value,
     pub(crate) range: Range<usize>,
 }
 
-/// A template with its checks, as the engine gets it.
+/// A template with inserted size checks, ready for the engine.
 #[derive(Clone, Debug)]
 pub(crate) struct Prepared {
     pub(crate) text: String,
-    /// Offset in the original text and length of each insertion, in order.
+    /// The insertions in order: byte offset in the original template and length in bytes.
     insertions: Vec<(usize, usize)>,
     pub(crate) names: Names,
 }
 
 impl Prepared {
-    /// The offset in the original text for an offset in the prepared one. An offset inside an insertion falls on the
-    /// end of the tag that it belongs to.
+    /// Maps a byte offset in the prepared template to the original one. An offset inside an insertion maps to the
+    /// position of the insertion.
     pub(crate) fn original(&self, offset: usize) -> usize {
         let mut inserted = 0;
         for (at, length) in &self.insertions {
@@ -70,7 +70,7 @@ impl Prepared {
     }
 }
 
-/// Inserts the checks.
+/// Inserts the size checks into a template.
 pub(crate) fn prepare(text: &str) -> Prepared {
     let (inserted, names) = read(text);
     let mut prepared =
@@ -86,7 +86,7 @@ pub(crate) fn prepare(text: &str) -> Prepared {
     prepared
 }
 
-/// The insertions that a template needs, sorted, and its names; nothing for a template that the engine cannot parse.
+/// Returns the required insertions, sorted by offset, and the names. Empty if the engine cannot parse the template.
 fn read(text: &str) -> (Vec<(usize, String)>, Names) {
     let Ok(template) = parse(text, "", syntax()) else { return Default::default() };
     let mut found = Found::default();
@@ -114,7 +114,7 @@ impl Found {
         self.ends.push((one.span().end_offset as usize, ")".to_owned()));
     }
 
-    /// Notes the variables that targets bind.
+    /// Records the variables that assignment targets bind.
     fn bind<'e, 'a: 'e>(&mut self, targets: impl IntoIterator<Item = &'e Expr<'a>>) {
         for target in targets {
             match target {
@@ -126,7 +126,7 @@ impl Found {
         }
     }
 
-    /// Notes what a variable is compared with, if all of it is written out.
+    /// Records the comparison of a variable with `with`, if all values there are literals.
     fn compared(&mut self, variable: &Expr<'_>, with: &[Expr<'_>]) {
         let Expr::Var(variable) = variable else { return };
         let literal = |one: &Expr<'_>| match one {
@@ -247,7 +247,7 @@ impl Found {
         self.arguments(&one.args);
     }
 
-    /// Elements of a container: it is as large as all of them, however often each occurs.
+    /// Adds size checks to the elements of a container, since its size is the sum of all of them.
     fn elements(&mut self, list: &[Expr<'_>]) {
         for one in list {
             if matches!(one, Expr::Var(_) | Expr::GetAttr(_) | Expr::GetItem(_)) {
@@ -261,7 +261,7 @@ impl Found {
         self.link(one, 0);
     }
 
-    /// An expression that is the left side of so many unchecked links of a chain.
+    /// Adds size checks to an expression. `unchecked` is the number of operators since the last check in its chain.
     fn link(&mut self, one: &Expr<'_>, unchecked: usize) {
         match one {
             Expr::Const(_) => {}
@@ -356,8 +356,7 @@ fn range(span: Span) -> Range<usize> {
     span.start_offset as usize..span.end_offset as usize
 }
 
-/// The first byte of an expression. The engine's span of a filter, test, call or index covers only the last one of a
-/// chain.
+/// The byte offset of the start of an expression. The engine's own span covers only the last link of a chain.
 fn start(one: &Expr<'_>) -> usize {
     match one {
         Expr::Filter(filter) => filter.expr.as_ref().map_or(one.span().start_offset as usize, start),
@@ -371,7 +370,7 @@ fn start(one: &Expr<'_>) -> usize {
     }
 }
 
-/// Whether an operation can make a text or a list larger than its operands.
+/// Returns `true` if an operation can create a string or list larger than its operands.
 fn grows(one: &Expr<'_>) -> bool {
     let Expr::BinOp(one) = one else { return false };
     match one.op {
@@ -382,7 +381,7 @@ fn grows(one: &Expr<'_>) -> bool {
     }
 }
 
-/// Whether a value is a number wherever it is anything.
+/// Returns `true` if the expression can only have a numeric value.
 fn is_number(one: &Expr<'_>) -> bool {
     use BinOpKind::{Div, FloorDiv, Pow, Rem, Sub};
     match one {
@@ -430,7 +429,7 @@ mod tests {
         assert_eq!(prepared.original(prepared.text.len()), text.len());
     }
 
-    /// Renders a template with the guards and without them.
+    /// Renders a template with and without the size checks.
     fn both(text: &str) -> [Result<String, minijinja::ErrorKind>; 2] {
         let guarded = super::prepare(text).text;
         [guarded.as_str(), text].map(|text| {

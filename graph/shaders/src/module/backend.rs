@@ -18,17 +18,17 @@ use crate::targets::profile::TargetLanguage;
 use crate::written::ir;
 use crate::written::rejection::{Rejection, Scope, one_line};
 
-/// A module in the language of a target.
+/// A module translated to a target's shading language.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Emitted {
-    /// A text; GLSL is one text per entry point, one after the other, each under a comment with its name.
+    /// Source code. For GLSL this is one shader per entry point, each after a comment with the entry point's name.
     Text(String),
-    /// SPIR-V words.
+    /// A SPIR-V module as 32-bit words.
     Words(Vec<u32>),
 }
 
 impl Emitted {
-    /// The bytes of a file: text as UTF-8, words in little-endian order.
+    /// Returns the contents of a file: source code as UTF-8, or SPIR-V words in little-endian order.
     pub fn to_bytes(&self) -> Vec<u8> {
         match self {
             Emitted::Text(text) => text.clone().into_bytes(),
@@ -37,14 +37,14 @@ impl Emitted {
     }
 }
 
-/// The way out where GLSL does not read depth.
+/// Help for reads of depth textures that GLSL cannot express.
 const AS_NUMBERS: &str =
     "declare the texture as texture_2d<f32>, and read it by textureLoad or through a nearest sampler";
 
-/// Writes a validated module without overrides.
+/// Translates a validated module without overrides.
 ///
 /// # Errors
-/// Why the writer rejects it.
+/// A rejection if the language cannot express the module.
 pub(crate) fn emit(
     module: &Module,
     info: &ModuleInfo,
@@ -126,7 +126,7 @@ fn glsl_texts(module: &Module, info: &ModuleInfo, version: glsl::Version) -> Res
     Ok(text)
 }
 
-/// The first load from a depth texture.
+/// The byte range of the first `textureLoad` from a depth texture; `None` if there is none.
 fn depth_load(module: &Module) -> Option<Range<usize>> {
     of_depth(module, |expression| match expression {
         Expression::ImageLoad { image, .. } => Some(*image),
@@ -134,7 +134,8 @@ fn depth_load(module: &Module) -> Option<Range<usize>> {
     })
 }
 
-/// The first sample of a depth texture that no reference is compared with: naga writes it, and drivers reject it.
+/// The byte range of the first sample of a depth texture without comparison; naga translates it to GLSL that drivers
+/// reject.
 fn uncompared(module: &Module) -> Option<Range<usize>> {
     of_depth(module, |expression| match expression {
         Expression::ImageSample { image, depth_ref: None, .. } => Some(*image),
@@ -142,7 +143,7 @@ fn uncompared(module: &Module) -> Option<Range<usize>> {
     })
 }
 
-/// The first expression that uses a depth texture in a way.
+/// The byte range of the first expression for which `image_of` returns a depth texture.
 fn of_depth(
     module: &Module,
     image_of: impl Fn(&Expression) -> Option<Handle<Expression>>,
@@ -153,7 +154,7 @@ fn of_depth(
     })
 }
 
-/// The place of the first expression that is one of some.
+/// The byte range of the first expression for which `is_one` returns `true`.
 fn first(module: &Module, is_one: impl Fn(&Function, &Expression) -> bool) -> Option<Range<usize>> {
     ir::functions(module).find_map(|function| {
         let (handle, _) = function.expressions.iter().find(|(_, each)| is_one(function, each))?;

@@ -38,13 +38,13 @@ use crate::written::rejection::Rejection;
 use crate::written::scopes;
 use crate::written::tokens::Tokens;
 
-/// Stack for parsing and validating nested text.
+/// The stack size in bytes for parsing and validating nested WGSL.
 pub(crate) const STACK_BYTES: usize = 32 << 20;
 
 /// Parses WGSL.
 ///
 /// # Errors
-/// Why naga rejects it, or the first rule of the text that it breaks.
+/// The rejection by naga, or by a check of WGSL rules that naga omits.
 pub(crate) fn parse(text: &str) -> Result<Module, Rejection> {
     complexity::check(text)?;
     let module = guarded(|| {
@@ -63,7 +63,7 @@ pub(crate) fn parse(text: &str) -> Result<Module, Rejection> {
 /// Validates a parsed module.
 ///
 /// # Errors
-/// Why naga rejects it, or the first rule that it breaks.
+/// The rejection by naga, or by a check of WGSL rules that naga omits.
 pub(crate) fn validate(module: &Module, capabilities: Capabilities) -> Result<ModuleInfo, Rejection> {
     let info = guarded(|| {
         Validator::new(ValidationFlags::all(), capabilities)
@@ -81,7 +81,7 @@ pub(crate) fn validate(module: &Module, capabilities: Capabilities) -> Result<Mo
     beyond.map_or(Ok(info), Err)
 }
 
-/// Whether naga by itself takes a text, without the rules of this crate.
+/// Returns `true` if naga accepts the WGSL, without this crate's additional checks.
 #[cfg(test)]
 pub(crate) fn is_valid_for_naga(text: &str, capabilities: Capabilities) -> bool {
     naga::front::wgsl::parse_str(text)
@@ -95,13 +95,13 @@ pub(crate) fn beyond_naga(module: &Module) -> Vec<Rejection> {
     found
 }
 
-/// A module with its overrides replaced by values, and the validator's information about it.
+/// A module whose overrides are replaced by values, and the validator's information about the module.
 pub(crate) type Resolved<'m> = (Cow<'m, Module>, Cow<'m, ModuleInfo>);
 
-/// Gives all overrides their values and validates the outcome.
+/// Replaces all overrides by values and validates the resulting module.
 ///
 /// # Errors
-/// Why naga rejects it.
+/// The rejection by naga, or by the check of constant arguments.
 pub(crate) fn resolve_overrides<'m>(
     module: &'m Module,
     info: &'m ModuleInfo,
@@ -117,13 +117,14 @@ pub(crate) fn resolve_overrides<'m>(
     constant_arguments::found(&resolved.0).into_iter().next().map_or(Ok(resolved), Err)
 }
 
-/// The workgroup sizes of a module, where overrides may have decided them.
+/// The workgroup sizes by entry point, in invocations; empty for a module without overrides.
 pub(crate) fn workgroup_sizes(resolved: &Resolved<'_>) -> WorkgroupSizes {
     let (Cow::Owned(module), _) = resolved else { return WorkgroupSizes::new() };
     module.entry_points.iter().map(|entry| (entry.name.clone(), entry.workgroup_size)).collect()
 }
 
-/// Runs `work` on a thread with a stack deep enough for naga, or on the current one if no thread can be started.
+/// Runs `work` on a thread with a stack deep enough for naga. In a browser, or if no thread can be started, it runs on
+/// the current thread.
 pub(crate) fn with_stack<T: Send>(work: impl Fn() -> T + Sync) -> T {
     if cfg!(target_family = "wasm") {
         return work();

@@ -39,7 +39,7 @@ pub(crate) fn parse(text: &str, error: &ParseError) -> Rejection {
     Rejection { range, labels, help, ..Rejection::new(codes::WGSL_SYNTAX, message, Span::UNDEFINED) }
 }
 
-/// Moves the range of a missing token to the end of the text before it, so that it does not point at the next line.
+/// Moves the range of a missing token to the end of the preceding code, so that the range is not on the next line.
 fn end_before(text: &str, range: Range<usize>) -> Range<usize> {
     let mut before = text.get(..range.start).unwrap_or_default();
     loop {
@@ -113,7 +113,8 @@ pub(crate) fn validation(code: Code, module: &Module, error: &WithSpan<Validatio
     Rejection { range, scope, ..Rejection::new(code, format!("{cause}{context}"), Span::UNDEFINED) }
 }
 
-/// Control flow that naga itself finds not to be uniform: the analysis of WGSL knows the reasons.
+/// Replaces naga's error about non-uniform control flow by the rejection from this crate's analysis, which names the
+/// reasons.
 fn non_uniform(module: &Module, error: &ValidationError) -> Option<Rejection> {
     let (ValidationError::Function { source: error, .. }
     | ValidationError::EntryPoint { source: EntryPointError::Function(error), .. }) = error
@@ -124,7 +125,7 @@ fn non_uniform(module: &Module, error: &ValidationError) -> Option<Rejection> {
     is_it.then(|| uniformity::found(module)).into_iter().flatten().find(|found| !found.warning)
 }
 
-/// Two variables at one binding, as where an author's template includes one that takes the same number.
+/// The rejection of two variables with the same binding; it suggests the first free number of the group.
 fn collision(code: Code, module: &Module, handle: Handle<GlobalVariable>) -> Option<Rejection> {
     let binding = module.global_variables[handle].binding?;
     let name =
@@ -150,7 +151,7 @@ fn collision(code: Code, module: &Module, handle: Handle<GlobalVariable>) -> Opt
     Some(rejection)
 }
 
-/// Types that are written in place (textures, samplers) have no span; the first variable of the type has.
+/// The span of the first variable of a type. Types without a declaration, such as textures, have no span of their own.
 fn use_of_type(module: &Module, ty: Handle<Type>) -> Option<Range<usize>> {
     let (handle, _) = module.global_variables.iter().find(|(_, variable)| variable.ty == ty)?;
     module.global_variables.get_span(handle).to_range()

@@ -27,22 +27,22 @@ use crate::written::stages;
 use umbragraph_text::diagnostic::{AxisValue, AxisValues, Diagnostic, Place, describe, select_axes};
 use umbragraph_text::source::Span;
 
-/// The maximum number of variants of either view among which the closest pair is looked for.
+/// The maximum number of variants per side that are searched for the most similar pair.
 const MAX_CANDIDATES: usize = 256;
 
-/// A variant.
+/// One variant of a template.
 #[derive(Clone, Copy)]
 struct Member<'a> {
-    /// The request, and the text among those of it.
+    /// The index of the request, and the index of the WGSL module within the request.
     at: (usize, usize),
     values: &'a AxisValues,
     reflection: &'a Arc<Reflection>,
 }
 
-/// The values that choose a layout, in the order of their axes; none where a text does not read the axis.
+/// The values of the axes marked `own_layout`, in axis order; `None` if the module does not depend on the axis.
 type Layout<'a> = Vec<Option<&'a AxisValue>>;
 
-/// Every binding that two variants of a template see differently.
+/// Returns a diagnostic for every binding that two variants of a template declare differently.
 pub(super) fn disagreements(
     templates: &TemplateSet,
     explored: &[Explored<'_>],
@@ -101,12 +101,12 @@ fn layout<'a>(member: &Member<'a>, own: &[&str]) -> Layout<'a> {
     own.iter().map(|name| member.values.get(*name)).collect()
 }
 
-/// Whether two variants can be of one layout.
+/// Returns `true` if two variants may use the same bind-group layout: no axis has different values in them.
 fn meet(one: &Layout<'_>, other: &Layout<'_>) -> bool {
     one.iter().zip(other).all(|pair| !matches!(pair, (Some(one), Some(other)) if one != other))
 }
 
-/// The differences between variants of one layout, each with two variants that differ.
+/// Returns the conflicts between variants that may share a layout, each with two conflicting variants.
 fn conflicts<'a>(members: &[Member<'a>], own: &[&str]) -> Vec<(InterfaceConflict, Member<'a>, Member<'a>)> {
     // Equal reflections are one; the first variant stands for all of them.
     let mut layouts: BTreeMap<Layout<'a>, BTreeMap<*const Reflection, Member<'a>>> = BTreeMap::new();
@@ -143,7 +143,7 @@ fn conflicts<'a>(members: &[Member<'a>], own: &[&str]) -> Vec<(InterfaceConflict
     found
 }
 
-/// The two variants with these two views that differ in the fewest axes.
+/// Among variants with the two conflicting bindings, returns the pair that differs in the fewest axes.
 fn closest<'a>(
     members: &[Member<'a>],
     own: &[&str],
@@ -167,12 +167,12 @@ fn closest<'a>(
     pairs.min_by_key(distance).unwrap_or((one, other))
 }
 
-/// The values of the one that the other does not have.
+/// Returns the values of `one` that `other` lacks or has differently.
 fn apart(one: &AxisValues, other: &AxisValues) -> AxisValues {
     select_axes(one, |name| one.get(name) != other.get(name))
 }
 
-/// The name in the declaration of a module-scope variable.
+/// The byte range of the name in the declaration of a module-scope variable with `@binding`.
 fn declaration_of(wgsl: &str, name: &str) -> Option<std::ops::Range<usize>> {
     stages::words(wgsl, name).find(|range| {
         let statement = wgsl[..range.start].rfind([';', '}']).map_or(0, |end| end + 1);

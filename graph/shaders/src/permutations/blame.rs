@@ -24,7 +24,8 @@ use crate::written::rejection::{Rejection, Scope};
 use crate::written::stages;
 use umbragraph_text::diagnostic::AxisValues;
 
-/// The rejection of a module with one of several sets of values, with the values that provoke it and its place.
+/// Adds to a rejection the override values that cause it and its place in the WGSL. `at` is the index of the failing
+/// set of values.
 pub(super) fn blame(
     text: &str,
     (module, info): (&Module, &ModuleInfo),
@@ -53,7 +54,8 @@ pub(super) fn blame(
     Rejection { range: declared(), overrides, scope: Scope::Text, ..rejection }
 }
 
-/// An inclusion-minimal part of a set of values with which something fails; nothing where it fails with all sets.
+/// Returns an inclusion-minimal subset of the values of set `at` with which `fails` returns `true`. Empty if every set
+/// fails.
 pub(super) fn provoking(sets: &[Set], at: usize, fails: &dyn Fn(&AxisValues) -> bool) -> AxisValues {
     let (Some(failing), Some(passing)) = (sets.get(at), sets.iter().find(|set| !fails(&set.values))) else {
         return AxisValues::new();
@@ -101,7 +103,8 @@ fn place(
     }
 }
 
-/// The expressions of a module: those of the module itself, of its functions, of its entry points.
+/// Iterates over the expression arenas of a module: its global expressions, then its functions', then its entry
+/// points'.
 fn arenas(module: &mut Module) -> impl Iterator<Item = &mut Arena<Expression>> {
     let functions = module.functions.iter_mut().map(|(_, function)| function);
     let functions = functions.chain(module.entry_points.iter_mut().map(|entry| &mut entry.function));
@@ -136,7 +139,7 @@ fn first_failing(module: &Module, fails: &dyn Fn(&Module) -> bool) -> Option<Spa
     suspects.get(low).map(|(.., span)| *span)
 }
 
-/// An expression of the same type that cannot fail by itself.
+/// Returns a simpler replacement of the same type, for bisection; `None` for expressions that are not replaced.
 fn shorter(arena: &Arena<Expression>, expression: &Expression) -> Option<Expression> {
     use BinaryOperator as B;
     match expression {

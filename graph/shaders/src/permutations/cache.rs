@@ -20,35 +20,35 @@ use crate::variant::compile::{self, Rendered, ShaderModule};
 use umbragraph_text::diagnostic::{AxisValues, Diagnostic};
 
 type Made = Result<Arc<ShaderModule>, Vec<Diagnostic>>;
-/// Modules without warnings by template and values of axes, each with the capabilities that it is valid with.
+/// Modules without warnings, keyed by template and axis values, each with the capabilities that it was validated with.
 type Shared = BTreeMap<(String, AxisValues), Vec<(Capabilities, Arc<ShaderModule>)>>;
-/// Template, fixed values of axes, binding, member of it.
+/// A query of [`declares`]: template, fixed axis values, binding, and optionally a member of the binding's block.
 type Question = (String, AxisValues, String, Option<String>);
 
-/// The texts of a survey.
+/// The WGSL modules of a survey, which only needs reflections.
 #[derive(Debug, Default)]
 struct Texts {
-    /// By template and values of the axes that are no overrides.
+    /// Rendered WGSL, keyed by template and the values of its template axes.
     rendered: HashMap<(String, AxisValues), Arc<Rendered>>,
-    /// By the hash of the text, with the capabilities that each module was validated with.
+    /// Modules keyed by the hash of their WGSL, with the capabilities that each was validated with.
     modules: HashMap<[u8; 32], Vec<(Capabilities, Arc<ShaderModule>)>>,
 }
 
-/// Shader modules by template and values of axes. Threads can share it.
+/// A thread-safe cache of shader modules, keyed by template and axis values, for one target profile.
 #[derive(Debug)]
 pub struct ShaderCache {
     templates: Arc<TemplateSet>,
     profile: TargetProfile,
     made: Mutex<BTreeMap<(String, AxisValues), Made>>,
-    /// The modules of all profiles.
+    /// Modules that caches of several profiles share.
     shared: Arc<Mutex<Shared>>,
     declared: Arc<Mutex<BTreeMap<Question, Option<AxisValues>>>>,
-    /// The texts of all profiles, for a survey.
+    /// The WGSL modules of a survey, shared between profiles; `None` for an ordinary cache.
     texts: Option<Arc<Mutex<Texts>>>,
 }
 
 impl ShaderCache {
-    /// An empty cache.
+    /// Creates an empty cache.
     pub fn new(templates: &Arc<TemplateSet>, profile: &TargetProfile) -> Self {
         let (templates, profile) = (templates.clone(), profile.clone());
         Self {
@@ -61,19 +61,20 @@ impl ShaderCache {
         }
     }
 
-    /// An empty cache for a survey of configurations, whose variants are all proven afterwards.
+    /// Creates an empty cache for a survey: modules are compiled once for all override values, since all variants are
+    /// validated later.
     pub fn of_survey(templates: &Arc<TemplateSet>, profile: &TargetProfile) -> Self {
         Self { texts: Some(Arc::default()), ..Self::new(templates, profile) }
     }
 
-    /// The modules of the same templates for another profile, which the two share as far as they can.
+    /// Creates a cache for another profile that shares compiled modules with `other` if their capabilities suffice.
     pub fn beside(other: &Self, profile: &TargetProfile) -> Self {
         let (shared, declared, texts) = (other.shared.clone(), other.declared.clone(), other.texts.clone());
         Self { shared, declared, texts, ..Self::new(&other.templates, profile) }
     }
 
-    /// A cache that keeps the modules of unchanged templates from an earlier one. Rejections are made again: they may
-    /// name any template.
+    /// Creates a cache that keeps the modules of unchanged templates from an earlier cache. Rejections are not kept,
+    /// since they may refer to any template.
     pub fn carrying(before: &Self, templates: &Arc<TemplateSet>, unchanged: &BTreeSet<&str>) -> Self {
         let new = Self::new(templates, &before.profile);
         let made = before.made.lock().unwrap_or_else(PoisonError::into_inner);
@@ -86,25 +87,25 @@ impl ShaderCache {
         Self { made: Mutex::new(kept), declared: Arc::new(Mutex::new(declared)), ..new }
     }
 
-    /// The templates.
+    /// The templates that modules are compiled from.
     pub fn templates(&self) -> &Arc<TemplateSet> {
         &self.templates
     }
 
-    /// The profile.
+    /// The target profile that modules are validated for.
     pub fn profile(&self) -> &TargetProfile {
         &self.profile
     }
 
-    /// The number of variants that were rendered, rejected ones included.
+    /// The number of cached variants, including rejected ones.
     pub fn rendered(&self) -> usize {
         self.made.lock().unwrap_or_else(PoisonError::into_inner).len()
     }
 
-    /// The module of a template with values of its axes.
+    /// Returns the module of a template with these axis values; compiles the module if it is not cached.
     ///
     /// # Errors
-    /// As of [`compile`](crate::compile).
+    /// The same as for [`compile`](crate::compile).
     pub fn module(&self, template: &str, values: AxisValues) -> Made {
         let mut made = self.made.lock().unwrap_or_else(PoisonError::into_inner);
         let key = (template.to_owned(), values);
@@ -119,7 +120,7 @@ impl ShaderCache {
         module
     }
 
-    /// A module of another profile that is valid for this one too, or else a new one.
+    /// Returns a module of another profile that is valid for this profile too, or compiles a new one.
     fn compiled(&self, key: &(String, AxisValues)) -> Made {
         let own = self.profile.capabilities;
         let mut shared = self.shared.lock().unwrap_or_else(PoisonError::into_inner);
@@ -134,7 +135,7 @@ impl ShaderCache {
         Ok(new)
     }
 
-    /// The module of a text that is proven later.
+    /// Compiles a module for a survey. The override values of a reused module are not validated.
     fn surveyed(&self, texts: &Mutex<Texts>, template: &str, values: &AxisValues) -> Made {
         let (templates, own) = (&self.templates, self.profile.capabilities);
         let values = compile::complete(templates, template, values)?;
@@ -164,8 +165,8 @@ impl ShaderCache {
         Ok(new)
     }
 
-    /// The values with which some variant of a template in which these axes are fixed declares a binding, with a member
-    /// where one is given.
+    /// Returns axis values with which a variant declares `binding` (and `member` in its block). `fixed` restricts the
+    /// variants. `None` if no variant declares it.
     pub fn declares(
         &self,
         template: &str,

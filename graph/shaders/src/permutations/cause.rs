@@ -13,18 +13,18 @@ use crate::axes::Space;
 use crate::written::rejection::Excess;
 use umbragraph_text::diagnostic::{AxisValues, Count, Diagnostic, Extent, Place, describe, list_of};
 
-/// A failure of one template for some of its leaves.
+/// A failure shared by some paths ("leaves") of one template.
 #[derive(Clone, Debug)]
 pub(crate) struct Failure {
-    /// The diagnostic as one variant shows it.
+    /// The diagnostic as reported for the first variant.
     pub(crate) diagnostic: Diagnostic,
-    /// The leaves that show it.
+    /// The indices of the leaves that fail.
     pub(crate) leaves: BTreeSet<usize>,
-    /// The names of the profiles under which it shows; empty where profiles play no part.
+    /// The names of the profiles with this failure; empty if the failure does not depend on profiles.
     pub(crate) profiles: BTreeSet<String>,
-    /// The limit that is exceeded, where it is one.
+    /// The exceeded limit; `None` for other failures.
     pub(crate) excess: Option<Excess>,
-    /// The values of overrides with which it shows, where others do not show it.
+    /// The override values that cause the failure; empty if it does not depend on overrides.
     pub(crate) overrides: AxisValues,
 }
 
@@ -39,8 +39,8 @@ impl Failure {
     }
 }
 
-/// A cause on its way: the diagnostic as the first variant shows it, its amount and the largest, and what it does
-/// where.
+/// A root cause in progress: its first diagnostic, the first and the largest amount over a limit, and its effect per
+/// template.
 struct Found {
     diagnostic: Diagnostic,
     amount: u64,
@@ -48,27 +48,27 @@ struct Found {
     effects: Vec<Effect>,
 }
 
-/// The leaves of a template, to weigh failures by.
+/// The leaves of a template and the data to measure the extent of failures.
 pub(crate) struct Ground<'a> {
     pub(crate) template: &'a str,
     pub(crate) space: &'a Space,
     pub(crate) leaves: &'a [Leaf],
-    /// Axes that are combined with all others, with what yields their values.
+    /// Axes whose values are combined with all others, each with a description of the source of its values.
     pub(crate) assumed: &'a BTreeMap<String, String>,
-    /// All profiles that were checked.
+    /// The names of all profiles that were checked.
     pub(crate) profiles: BTreeSet<String>,
 }
 
-/// The effect of a cause in one template.
+/// The effect of a root cause in one template.
 struct Effect {
     extent: Extent,
-    /// Whether not all profiles show it.
+    /// Whether only some of the checked profiles fail.
     is_of_some_profiles: bool,
-    /// The portion of the provocation that no caller may combine.
+    /// Notes on causing axes whose value combinations may not occur in practice.
     assumed: Vec<String>,
 }
 
-/// Causes by what makes them one: code, place and message.
+/// Root causes, keyed by place, code, and message or limit.
 #[derive(Default)]
 pub(crate) struct Causes {
     found: BTreeMap<Key, Found>,
@@ -111,7 +111,7 @@ impl Causes {
         }
     }
 
-    /// The diagnostics, in the order of their places.
+    /// Returns one diagnostic per root cause, in the order of their places.
     pub(crate) fn diagnostics(self) -> Vec<Diagnostic> {
         self.found
             .into_values()
@@ -157,7 +157,7 @@ fn describe_extent(extent: &Extent, is_of_some_profiles: bool) -> String {
     text
 }
 
-/// A message without its numbers.
+/// Returns the message without its digits.
 fn wording(diagnostic: &Diagnostic) -> String {
     diagnostic.message.chars().filter(|each| !each.is_ascii_digit()).collect()
 }
@@ -195,7 +195,7 @@ fn weigh(ground: &Ground<'_>, failure: &Failure) -> Effect {
     Effect { extent, is_of_some_profiles: *profiles != ground.profiles, assumed }
 }
 
-/// An inclusion-minimal set of values that provokes the failure of `failing`.
+/// Returns an inclusion-minimal set of axis values with which every variant fails.
 fn provocation(ground: &Ground<'_>, failing: &BTreeSet<usize>) -> AxisValues {
     let is_default = |name: &str, values: &AxisValues| ground.space.default_of(name) == values.get(name);
     let switched_on =
@@ -225,7 +225,7 @@ fn provocation(ground: &Ground<'_>, failing: &BTreeSet<usize>) -> AxisValues {
     values
 }
 
-/// Whether some configuration of a leaf has these values.
+/// Returns `true` if some configuration of a leaf has these values.
 fn meet(ground: &Ground<'_>, leaf: &Leaf, values: &AxisValues) -> bool {
     if values.iter().any(|(name, value)| leaf.decided.get(name).is_some_and(|other| other != value)) {
         return false;

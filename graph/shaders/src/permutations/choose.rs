@@ -6,26 +6,26 @@ use super::compose::{Composition, State, wanted_bits};
 use super::cover::cover;
 use super::units::{Profiles, Units};
 
-/// Something that is to be proven of a text.
+/// A part of a WGSL module that is not validated yet.
 #[derive(Clone, Copy)]
 enum Part {
     Unit,
-    /// A declaration of which no unit is known yet.
+    /// A declaration whose unit is not known yet.
     Open,
-    /// A unit in a text where an entry point reaches it.
+    /// A unit that no entry point of a validated module has reached yet.
     Reached,
 }
 
-/// The texts that are to be proven next.
+/// The modules that are validated in the next round.
 pub(super) struct Chosen {
-    /// Those of whose units something is learned.
+    /// Indices of modules whose result also validates their units.
     pub(super) of_units: BTreeSet<usize>,
-    /// Those that are proven by themselves.
+    /// Indices of modules that are validated as a whole, without splitting them into units.
     pub(super) alone: Vec<usize>,
 }
 
 impl Composition<'_> {
-    /// The texts that are to be proven next, of every `step`th text; none if all is known of these.
+    /// Chooses the modules of the next round among every `step`th one. Empty if all of these are settled.
     pub(super) fn choose(&mut self, exhaustive: bool, step: usize) -> Chosen {
         let (mut alone, mut open) = (Vec::new(), Vec::new());
         for at in (0..self.texts.len()).step_by(step) {

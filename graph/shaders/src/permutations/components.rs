@@ -1,15 +1,15 @@
 //! Strongly connected components.
 
-/// The edges of a graph, node by node.
+/// The edges of a directed graph, stored node by node.
 #[derive(Debug, Default)]
 pub(super) struct Edges {
     to: Vec<u32>,
-    /// The end of the edges of each node in the list.
+    /// The end of each node's edges in `to`.
     ends: Vec<usize>,
 }
 
 impl Edges {
-    /// Adds a node with its edges.
+    /// Adds a node with edges to the nodes `to`.
     pub(super) fn node(&mut self, to: impl Iterator<Item = u32>) {
         self.to.extend(to);
         self.ends.push(self.to.len());
@@ -21,7 +21,7 @@ impl Edges {
     }
 }
 
-/// Components, each after those that it leads to.
+/// Strongly connected components, in an order where each follows the components that it points to.
 #[derive(Debug, Default)]
 pub(super) struct Components {
     nodes: Vec<u32>,

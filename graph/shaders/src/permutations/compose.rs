@@ -45,33 +45,33 @@ use crate::targets::profile::TargetProfile;
 use umbragraph_text::diagnostic::{AxisValues, Diagnostic, Place};
 use umbragraph_text::source::Span;
 
-/// The number of texts above which a sample of them is proven first. Tests have fewer texts than pipelines.
+/// The number of modules above which a sample is validated first. Tests use a lower number.
 const MANY_TEXTS: usize = if cfg!(test) { 320 } else { 1 << 10 };
 
-/// A distinct text.
+/// A distinct generated WGSL module.
 pub(super) struct Text<'a> {
     pub(super) subject: Arc<Subject<'a>>,
-    /// The index of the overrides of its template.
+    /// The index of the template's overrides in [`Composition::overrides`].
     pub(super) overrides: usize,
-    /// The first request that has it, and its index there.
+    /// The index of the first request with this module, and the module's index within the request.
     pub(super) at: (usize, usize),
     pub(super) state: State,
 }
 
-/// The state of a text so far.
+/// The progress of validating one module.
 #[derive(Default)]
 pub(super) struct State {
     pub(super) units: Vec<u32>,
-    /// Declarations that see a function of which no summary is known.
+    /// Declarations that call a function whose summary is not known yet.
     pub(super) open: Vec<u32>,
     pub(super) module: Option<u32>,
-    /// Whether nothing more has to be proven for it.
+    /// Whether validation of the module is complete.
     pub(super) is_settled: bool,
-    /// Findings in it and in no unit of it, where it was proven.
+    /// Findings that belong to no unit; `None` if the module was not validated itself.
     pub(super) own: Option<Own>,
 }
 
-/// The findings of the proof of a text.
+/// The findings from validating a module itself.
 #[derive(Default)]
 pub(super) struct Own {
     pub(super) refusals: Vec<Refusal>,
@@ -79,7 +79,7 @@ pub(super) struct Own {
     pub(super) costs: Costs,
 }
 
-/// All texts, and what is proven of them.
+/// All distinct modules and the state of their validation.
 pub(super) struct Composition<'a> {
     pub(super) templates: &'a TemplateSet,
     pub(super) explored: Vec<Explored<'a>>,
@@ -88,19 +88,20 @@ pub(super) struct Composition<'a> {
     pub(super) profiles: Arc<[&'a TargetProfile]>,
     pub(super) units: Units,
     pub(super) overrides: Vec<Overrides>,
-    /// Whether naga has seen something else in a module than its declarations say. Nothing follows from units then.
+    /// Whether naga's reflection of a module differed from the one derived from its declarations. Units are then not
+    /// used.
     pub(super) is_irregular: bool,
-    /// The reason of each validator that cannot run.
+    /// The error message of each external validator that cannot run, keyed by its index.
     pub(super) unavailable: BTreeMap<usize, String>,
-    /// The number of texts that were proven by themselves.
+    /// The number of modules that were passed to naga.
     pub(super) proven: usize,
-    /// The parts of texts that were chosen to be proven.
+    /// The parts of modules that were already chosen for validation, encoded as unit or declaration id and kind.
     pub(super) tried: HashSet<u64>,
-    /// The number of texts beyond a cover that are chosen, where parts were tried in vain.
+    /// The number of extra modules per round for parts that stayed unvalidated after an attempt.
     pub(super) more: usize,
 }
 
-/// The bits of the profiles that a text is proven for; a bit of its own where there are none.
+/// Returns the bit set of the profiles that must accept a module; 1 if there are none.
 pub(super) fn wanted_bits(subject: &Subject<'_>) -> Profiles {
     match subject.wanted.is_empty() {
         true => 1,
@@ -108,7 +109,7 @@ pub(super) fn wanted_bits(subject: &Subject<'_>) -> Profiles {
     }
 }
 
-/// The distinct texts of all requests, and what each is proven for.
+/// Collects the distinct modules of all requests, and the profiles that each is validated for.
 pub(super) fn compose<'a>(
     templates: &'a TemplateSet,
     mut explored: Vec<Explored<'a>>,
@@ -171,17 +172,17 @@ pub(super) fn compose<'a>(
 }
 
 impl<'a> Composition<'a> {
-    /// The name under which proofs are kept: bits stand for these profiles.
+    /// The storage key for results, which contains the profiles since results refer to them by index.
     fn key(&self) -> String {
         format!("{:?}", self.profiles)
     }
 
-    /// Takes over what earlier runs have proven.
+    /// Loads the results of earlier runs from `keep`.
     pub(super) fn recall(&mut self, keep: &dyn Keep) {
         self.units.kept = Some(Kept::of(keep.get(&self.key())));
     }
 
-    /// Hands what is proven to later runs.
+    /// Stores the results for later runs in `keep`.
     pub(super) fn remember(&mut self, keep: &dyn Keep) {
         if let Some(kept) = self.units.kept.take().filter(|_| !self.is_irregular)
             && let Some(bytes) = kept.with(&self.units.all)
@@ -190,18 +191,18 @@ impl<'a> Composition<'a> {
         }
     }
 
-    /// The template that a text is of.
+    /// The name of the template that a module is generated from.
     pub(super) fn template(&self, text: &Text<'a>) -> &'a str {
         self.explored.get(text.at.0).map_or("", |each| each.request.template.as_str())
     }
 
-    /// Proves as many texts as it takes to know of all: first of a few, from which most functions of the others are known.
+    /// Validates modules until all are settled. A sample goes first, since its units cover most of the others.
     pub(super) fn prove(&mut self, options: &Options<'_>) {
         let steps: &[usize] = if self.texts.len() > MANY_TEXTS { &[64, 8, 1] } else { &[1] };
         steps.iter().for_each(|step| self.prove_each(*step, options));
     }
 
-    /// Proves as many texts as it takes to know of every `step`th.
+    /// Validates modules until every `step`th one is settled.
     fn prove_each(&mut self, step: usize, options: &Options<'_>) {
         loop {
             let Chosen { of_units, alone } = self.choose(options.exhaustive, step);
@@ -246,7 +247,7 @@ impl<'a> Composition<'a> {
         }
     }
 
-    /// Settles a text that was chosen. One that could not be rendered again as it was is no valid one.
+    /// Marks a chosen module as settled. A module that could not be rendered again identically counts as invalid.
     fn settle(&mut self, at: usize, is_cancelled: bool) {
         let Some(text) = self.texts.get(at) else { return };
         let template = self.template(text);

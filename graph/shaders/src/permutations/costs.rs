@@ -12,7 +12,7 @@ use crate::rules::cost::{self, Spent};
 use crate::rules::summary::Summary;
 use umbragraph_text::source::Span;
 
-/// The costs of entry points, of the summaries of all functions of a module.
+/// Returns the costs of entry points, computed from the summaries of all functions of a module.
 pub(super) fn of_summaries<'s>(
     summaries: &BTreeMap<String, Summary>,
     entry_points: impl Iterator<Item = &'s String>,
@@ -23,7 +23,7 @@ pub(super) fn of_summaries<'s>(
 }
 
 impl Composition<'_> {
-    /// The costs of the entry points of a text; none for one that no profile accepts. Equal ones are `known` once.
+    /// Returns the costs of a module's entry points. Equal results share one allocation in `known`.
     pub(super) fn costs(&self, text: usize, known: &mut HashSet<Arc<Costs>>) -> Arc<Costs> {
         let found = self.texts.get(text).map(|text| match &text.state.own {
             Some(own) if text.state.module.is_none() => own.costs.clone(),
@@ -48,9 +48,8 @@ impl Composition<'_> {
 }
 
 impl TemplateReport {
-    /// The lines of templates that cost most in the worst entry point of a variant, the most expensive first. A line in
-    /// a loop counts as often as the loop runs, one of a function as often as that is called. None for text that is no
-    /// valid WGSL.
+    /// Returns the `max` most expensive template lines of a variant's most expensive entry point, in descending order.
+    /// A line counts once per loop iteration and per function call. Empty if the WGSL is invalid.
     pub fn expensive(
         &self,
         templates: &TemplateSet,

@@ -3,8 +3,8 @@
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashSet};
 
-/// The indices of texts that hold every part that some text has, in the order of the texts. Each text comes with its
-/// parts.
+/// Selects a small set of modules that together contain every part. Takes pairs of index and parts; returns indices in
+/// ascending order.
 pub(super) fn cover(texts: &[(usize, Vec<u64>)]) -> Vec<usize> {
     let mut held: HashSet<u64> = HashSet::new();
     // Gains only fall, so the best is known as soon as it is still the best after its gain is worked out again.

@@ -20,25 +20,28 @@ use crate::written::text_map::Origin;
 use umbragraph_text::diagnostic::{AxisValue, Diagnostic};
 use umbragraph_text::source::{FileId, Span};
 
-/// The maximum number of paths whose pairs are compared; with more, every axis that is read counts as alive.
+/// The maximum number of paths that are compared in pairs; with more, every axis that is read counts as used.
 const MAX_COMPARED: usize = 1 << 10;
-/// The maximum number of paths that are rendered again with markers, to see text that macros and blocks captured.
+/// The maximum number of paths that are rendered again with markers, to find literal text inside macros and blocks.
 const MAX_MARKED: usize = 1 << 11;
 
-/// The maximum number of paths that are explored only to find dead axes and text.
+/// The maximum number of paths per template in [`dead`].
 const MAX_LOOKED_AT: usize = 1 << 10;
 
-/// A template whose paths were taken.
+/// An explored template.
 pub(super) struct Examined<'a> {
     pub(super) template: &'a str,
     pub(super) exploration: &'a Exploration,
-    /// The axes without effect on any text; `None` where not every text is valid, since an error may hide an effect.
+    /// The axes without effect on the generated WGSL; `None` if a variant is invalid, since an error may hide an
+    /// effect.
     pub(super) dead_axes: Option<&'a [String]>,
 }
 
-/// Finds axes without effect and text in no variant, over all configurations of these templates. Nothing is validated.
-/// A template is skipped if some configuration cannot be rendered or if it has more than 1,024 paths. `shared` are
-/// files that other templates use as well.
+/// Finds axes without effect and template text in no variant, over all configurations of the named templates.
+///
+/// Nothing is validated. Returns no diagnostics if one of the templates has invalid axes or more than 1,024 paths. A
+/// failed rendering suppresses diagnostics about text and about axes of its template. Files in `shared` are skipped,
+/// since other templates use them.
 pub fn dead(templates: &TemplateSet, names: &BTreeSet<String>, shared: &BTreeSet<FileId>) -> Vec<Diagnostic> {
     let mut explored = Vec::new();
     for name in names {
@@ -67,7 +70,7 @@ pub fn dead(templates: &TemplateSet, names: &BTreeSet<String>, shared: &BTreeSet
     diagnostics(templates, &examined.collect::<Vec<_>>(), shared)
 }
 
-/// The diagnostics about axes without effect and text in no variant.
+/// Returns the diagnostics about axes without effect and template text in no variant.
 pub(super) fn diagnostics(
     templates: &TemplateSet,
     examined: &[Examined<'_>],
@@ -105,8 +108,8 @@ pub(super) fn diagnostics(
     diagnostics
 }
 
-/// The template axes on which the text depends: two paths that nothing else, or nothing less, tells apart have
-/// different texts.
+/// Returns the template axes that change the generated WGSL. An axis counts if it is in a minimal difference between
+/// two paths with different WGSL.
 pub(super) fn effective_axes(exploration: &Exploration) -> BTreeSet<String> {
     let leaves = &exploration.leaves;
     if leaves.len() > MAX_COMPARED {
@@ -159,16 +162,16 @@ pub(super) fn effective_axes(exploration: &Exploration) -> BTreeSet<String> {
     names.map(|(_, name)| (*name).clone()).collect()
 }
 
-/// The pieces of template text that were written so far.
+/// The pieces of template text that some variant contains.
 #[derive(Debug)]
 struct Coverage<'s> {
     written: BTreeSet<(FileId, u32)>,
-    /// Files that are skipped.
+    /// Files for which no dead text is reported.
     shared: &'s BTreeSet<FileId>,
 }
 
 impl Coverage<'_> {
-    /// Adds the text of one template's paths.
+    /// Adds the text that the paths of one template write.
     fn add(&mut self, set: &TemplateSet, template: &str, exploration: &Exploration) {
         self.written.extend(&exploration.literals);
         if self.dead(set).is_empty() {
@@ -190,7 +193,8 @@ impl Coverage<'_> {
         }
     }
 
-    /// The pieces of literal text in the touched templates that nobody wrote, each run of neighbours as one span.
+    /// Returns the literal text that no variant contains, in templates of which some text is used. Adjacent pieces
+    /// form one span.
     fn dead(&self, set: &TemplateSet) -> Vec<Span> {
         let is_written = |file: FileId, range: Range<usize>| {
             self.written.range((file, range.start as u32)..(file, range.end as u32)).next().is_some()

@@ -19,8 +19,8 @@ use crate::written::complexity::words;
 use crate::written::declarations::{self, Declaration, Kind};
 use umbragraph_text::diagnostic::AxisValues;
 
-/// The values with which some variant of a template in which these axes are `fixed` declares a binding, with a member
-/// of that name where one is given; `None` if no variant does.
+/// Returns axis values with which a variant declares `binding` (and `member` in its block). `fixed` restricts the
+/// variants. `None` if no variant declares it; empty values if the search was incomplete.
 pub fn declares(
     templates: &TemplateSet,
     template: &str,
@@ -45,7 +45,7 @@ pub fn declares(
     })
 }
 
-/// Whether a text declares a binding, with a member of its block where one is named.
+/// Returns `true` if a WGSL module declares `binding`, with `member` in its block if given.
 fn has(text: &str, binding: &str, member: Option<&str>) -> bool {
     let Some(ranges) = declarations::split(text) else { return true };
     let all: Vec<&str> = ranges.into_iter().map(|range| &text[range]).collect();
@@ -80,7 +80,7 @@ fn has(text: &str, binding: &str, member: Option<&str>) -> bool {
     false
 }
 
-/// The word behind the first sign of this kind in a declaration.
+/// The token after the first occurrence of `sign` in a declaration.
 fn following<'t>(declaration: &'t str, sign: &str) -> Option<&'t str> {
     let mut words = words(declaration).map(|range| &declaration[range]).skip_while(|word| *word != sign);
     words.nth(1)

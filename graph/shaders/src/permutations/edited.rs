@@ -20,28 +20,28 @@ use crate::variant::compile::{self, ShaderModule};
 use crate::written::text_map::{Origin, Segment, Source, TextMap};
 use umbragraph_text::diagnostic::{AxisValues, Diagnostic};
 
-/// One distinct text of a template, unproven.
+/// One distinct WGSL module generated from a template, not yet validated.
 #[derive(Clone, Debug)]
 pub struct Variant {
-    /// The template.
+    /// The name of the template.
     pub template: String,
-    /// The values of the axes that the text depends on.
+    /// The values of the axes that the WGSL depends on.
     pub axes: Arc<AxisValues>,
     source: Source,
 }
 
-/// A replacement of a part of a text.
+/// A replacement of a byte range of WGSL.
 #[derive(Clone, Debug)]
 pub struct TextEdit {
-    /// The bytes to replace.
+    /// The byte range to replace.
     pub range: Range<usize>,
-    /// The new text.
+    /// The WGSL to insert.
     pub text: String,
-    /// The bytes of the old text at whose place the new text is shown.
+    /// The byte range of the old WGSL to which diagnostics in the new WGSL refer.
     pub origin: Range<usize>,
 }
 
-/// The variants of a request, and why some cannot be rendered.
+/// Renders the distinct variants of a request. Also returns diagnostics for variants that cannot be rendered.
 pub fn variants(templates: &TemplateSet, request: &Request) -> (Vec<Variant>, Vec<Diagnostic>) {
     let template = &request.template;
     let space = match space_of(templates, request) {
@@ -63,17 +63,17 @@ pub fn variants(templates: &TemplateSet, request: &Request) -> (Vec<Variant>, Ve
 }
 
 impl Variant {
-    /// The text.
+    /// The WGSL.
     pub fn wgsl(&self) -> &str {
         &self.source.wgsl
     }
 
-    /// The map from places of the text to the templates.
+    /// The map from byte offsets of the WGSL to places in the templates.
     pub fn map(&self) -> &TextMap {
         &self.source.map
     }
 
-    /// Replaces parts of the text. The first of overlapping edits wins.
+    /// Replaces byte ranges of the WGSL. If edits overlap, only the first one is applied.
     #[must_use]
     pub fn edited(&self, edits: &[TextEdit]) -> Self {
         let (old, map) = (&self.source.wgsl, &self.source.map);
@@ -103,10 +103,10 @@ impl Variant {
         Self { source: Source { wgsl, map }, ..self.clone() }
     }
 
-    /// Parses, validates and reflects the text, with values for its overrides; the others have their defaults.
+    /// Parses, validates and reflects the WGSL. `overrides` sets override axes; other overrides have their defaults.
     ///
     /// # Errors
-    /// Why it is rejected, with places in the templates.
+    /// The errors of the WGSL, with places in the templates.
     pub fn prove(
         &self,
         templates: &TemplateSet,
@@ -121,7 +121,7 @@ impl Variant {
     }
 }
 
-/// One diagnostic for each cause of what was found on variants of a request, each given by its axis values.
+/// Merges the diagnostics of several variants into one per root cause. `found` pairs axis values with diagnostics.
 pub fn root_causes(
     templates: &TemplateSet,
     request: &Request,

@@ -35,69 +35,70 @@ use crate::rendering::templates::TemplateSet;
 
 /// The maximum number of paths through one template.
 const MAX_PATHS: usize = 1 << 16;
-/// The number of paths from which on a template is taken apart. Doing so takes as long as some dozens of renderings.
+/// The number of paths above which a template is divided into parts. Division costs as much as some dozens of
+/// renderings.
 const MANY_PATHS: usize = 64;
-/// The maximum number of distinct texts of one template.
+/// The maximum number of distinct WGSL modules of one template.
 const MAX_TEXTS: usize = 1 << 15;
-/// The maximum number of bytes of all distinct texts of one template.
+/// The maximum total size of a template's distinct modules in bytes.
 const MAX_BYTES: usize = 512 << 20;
-/// The factor of these limits where texts are joined from parts, which is much faster.
+/// The factor for these limits if modules are joined from rendered parts, which is much faster.
 const JOINED: usize = 8;
-/// The maximum number of values of an axis that are all taken.
+/// The maximum number of values up to which all values of an axis are explored.
 const MAX_VALUES: u64 = 1 << 14;
 
-/// One path through a template.
+/// One path through a template: the result of one rendering.
 #[derive(Clone, Debug)]
 pub(crate) struct Leaf {
-    /// The axes that were read, with the values that led here.
+    /// The values of the axes that were read on the path.
     pub(crate) decided: Arc<AxisValues>,
-    /// The text, by index, or none where the template could not be rendered.
+    /// The index of the generated module; `None` if rendering failed.
     pub(crate) text: Option<usize>,
 }
 
-/// A distinct text.
+/// A distinct WGSL module generated from a template.
 #[derive(Clone, Debug)]
 pub(crate) struct Text {
     pub(crate) hash: [u8; 32],
     pub(crate) bytes: usize,
-    /// The first path that leads to it.
+    /// The index of the first path that generates the module.
     pub(crate) leaf: usize,
-    /// All paths that lead to it.
+    /// The indices of all paths that generate the module.
     pub(crate) leaves: Vec<usize>,
-    /// Its declarations; `None` for a text that is proven by itself.
+    /// The ids of the module's declarations; `None` if the module can only be validated as a whole.
     pub(crate) declarations: Option<Arc<[u32]>>,
 }
 
-/// All paths and texts of one template.
+/// All explored paths and distinct modules of one template.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Exploration {
     pub(crate) leaves: Vec<Leaf>,
     pub(crate) texts: Vec<Text>,
-    /// Failed renderings: the path, and why.
+    /// The failed renderings: index of the path and diagnostic.
     pub(crate) failures: Vec<(usize, Diagnostic)>,
-    /// Diagnostics about the template as a whole.
+    /// Diagnostics that concern the whole template.
     pub(crate) diagnostics: Vec<Diagnostic>,
-    /// Whether every path was taken.
+    /// Whether all paths and values were explored.
     pub(crate) complete: bool,
-    /// The axes that some path reads and whose values were not all explored.
+    /// The axes that are read, but whose values were not all explored.
     pub(crate) partial: BTreeSet<String>,
-    /// The axes that some path reads.
+    /// The axes that at least one path reads.
     pub(crate) read: BTreeSet<String>,
-    /// The bytes of all distinct texts.
+    /// The total size of the distinct modules in bytes.
     bytes: usize,
-    /// Whether texts are joined from parts.
+    /// Whether modules are joined from rendered parts.
     pub(crate) is_joined: bool,
-    /// The starts of the literal texts that some path writes.
+    /// The literal template text that is used: file and byte offset of each start.
     pub(crate) literals: HashSet<(FileId, u32)>,
 }
 
 impl Exploration {
-    /// The paths that lead to a text.
+    /// The indices of the paths that generate a module.
     pub(crate) fn leaves_of(&self, text: usize) -> &[usize] {
         self.texts.get(text).map(|text| text.leaves.as_slice()).unwrap_or_default()
     }
 
-    /// A text once more.
+    /// Renders the module with index `text` again, with its map to the templates.
     pub(crate) fn source(&self, set: &TemplateSet, template: &str, text: usize) -> Option<Source> {
         let leaf = self.leaves.get(self.texts.get(text)?.leaf)?;
         render::render_fixed(set, template, &leaf.decided)
@@ -110,24 +111,24 @@ impl Exploration {
     }
 }
 
-/// A decision to come back to: the values before it, the axis, and the index of the next value to take.
+/// A branch to continue later: the values decided before, the axis, and the index of its next value.
 struct Pending {
     decided: AxisValues,
     axis: String,
     next: u64,
 }
 
-/// An exploration on its way.
+/// An exploration in progress.
 pub(crate) struct Explorer<'a> {
     set: &'a TemplateSet,
     template: &'a str,
     space: Arc<Space>,
-    /// Whether a note is taken of the literal text that paths write.
+    /// Whether the literal template text that paths write is recorded.
     track: bool,
-    /// The template taken apart, where only its texts are wanted; done once there are many.
+    /// The template's parts, created once there are many paths; `None` if parts are not used.
     parts: Option<&'a OnceLock<Option<Parts>>>,
     unknown: BTreeSet<String>,
-    /// Whether paths come by the number of their decisions that differ from the first path's, not depth first.
+    /// Whether paths are visited by number of decisions that differ from the first path, instead of depth first.
     nearest_first: bool,
     by_hash: HashMap<[u8; 32], usize>,
     pending: VecDeque<Pending>,
@@ -152,17 +153,18 @@ impl<'a> Explorer<'a> {
         }
     }
 
-    /// Joins texts from rendered parts. Literal text is then not tracked.
+    /// Joins modules from rendered parts if literal text is not tracked.
     pub(crate) fn of_parts(self, parts: Option<&'a OnceLock<Option<Parts>>>) -> Self {
         Self { parts: parts.filter(|_| !self.track), ..self }
     }
 
-    /// Visits paths in the order of their distance from the first, for a search that ends soon.
+    /// Visits paths in ascending distance from the first path, for a search that usually ends early.
     pub(crate) fn nearest_first(self) -> Self {
         Self { nearest_first: true, ..self }
     }
 
-    /// Goes on to the next distinct text, which is the last of `exploration.texts` then; `None` after the last path.
+    /// Returns the next distinct module, which becomes the last of `exploration.texts`; `None` at the end or at a
+    /// limit.
     pub(crate) fn next_text(&mut self) -> Option<String> {
         while let Some(start) = self.next.take() {
             if self.exploration.is_full() {
@@ -178,7 +180,8 @@ impl<'a> Explorer<'a> {
         None
     }
 
-    /// Visits all paths without keeping their texts. Returns whether there are at most `max`.
+    /// Visits all paths and discards their WGSL. Returns `false` if there are more than `max` paths or a limit is
+    /// exceeded.
     pub(crate) fn take_all(&mut self, max: usize) -> bool {
         while let Some(start) = self.next.take() {
             if self.exploration.leaves.len() >= max || self.exploration.is_full() {
@@ -190,7 +193,7 @@ impl<'a> Explorer<'a> {
         true
     }
 
-    /// The text of the path that begins with these values, with the decisions on its way.
+    /// Renders the path that starts with these axis values. Returns the decisions on the path and the WGSL.
     fn text(&mut self, start: AxisValues) -> (Arc<Fork>, Result<String, Box<Diagnostic>>) {
         let fork = || {
             let state = State { decided: start.clone(), ..State::default() };
@@ -223,7 +226,7 @@ impl<'a> Explorer<'a> {
         (fork, source.map(|source| source.wgsl))
     }
 
-    /// Renders the path that begins with these values; the text, if it is a new one.
+    /// Renders the path that starts with these axis values. Returns the WGSL if it is new.
     fn take_path(&mut self, start: AxisValues) -> Option<String> {
         let before = start.clone();
         let (fork, result) = self.text(start);
@@ -273,7 +276,7 @@ impl<'a> Explorer<'a> {
         new
     }
 
-    /// The values that the next path begins with.
+    /// Returns the axis values at which the next path starts; `None` if all paths are explored.
     fn take_pending(&mut self) -> Option<AxisValues> {
         let space = &self.space;
         loop {
@@ -297,7 +300,7 @@ impl<'a> Explorer<'a> {
         }
     }
 
-    /// The outcome.
+    /// Returns the exploration with diagnostics for undeclared names and exceeded limits.
     pub(crate) fn finish(self) -> Exploration {
         let Self { set, template, space, mut exploration, unknown, .. } = self;
         let undeclared = render::undeclared_names(set, template, &unknown);
@@ -352,7 +355,8 @@ impl<'a> Explorer<'a> {
     }
 }
 
-/// The first value from `from` on that leaves a configuration; it stays in `decided`.
+/// Returns the index of the first value, from index `from`, that the constraints allow. Sets the axis to this value in
+/// `decided`.
 fn first_possible(
     space: &Space,
     domain: &Domain,
@@ -370,7 +374,7 @@ fn first_possible(
     None
 }
 
-/// The values of an axis that are taken: all, or the first, the default and the last of very many.
+/// Returns the values of an axis to explore: all, or above [`MAX_VALUES`] only the first, default and last one.
 fn narrowed<'d>(space: &Space, axis: &str, domain: &'d Domain) -> Cow<'d, Domain> {
     if domain.count() <= MAX_VALUES {
         return Cow::Borrowed(domain);
@@ -380,7 +384,7 @@ fn narrowed<'d>(space: &Space, axis: &str, domain: &'d Domain) -> Cow<'d, Domain
     Cow::Owned(Domain::Values(chosen.into_iter().collect()))
 }
 
-/// The context of one rendering: decides axes as they are read.
+/// The template context of one rendering: chooses a value for each axis when it is first read.
 #[derive(Debug)]
 struct Fork {
     space: Arc<Space>,
@@ -390,7 +394,7 @@ struct Fork {
 #[derive(Debug, Default)]
 struct State {
     decided: AxisValues,
-    /// The axes decided in this rendering, in the order of their reading, with the index of the value taken.
+    /// The axes that were first read in this rendering, in order of reading, with the index of the chosen value.
     forks: Vec<(String, u64)>,
     unknown: BTreeSet<String>,
 }

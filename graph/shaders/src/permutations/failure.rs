@@ -14,7 +14,7 @@ use crate::written::rejection::{Rejection, Scope};
 use crate::written::text_map::Source;
 use umbragraph_text::diagnostic::{Diagnostic, Place};
 
-/// The verdict of each external validator on a text, if naga accepts it for some profile.
+/// Returns the verdict of each external validator on a module. Modules that naga rejects are not passed to validators.
 pub(super) fn judge(task: &Task<'_>, proof: &Proof, validators: &[&dyn Validator]) -> Vec<Opinion> {
     let accepted = proof.is_accepted(&task.subject);
     let judge = |each: &&dyn Validator| {
@@ -23,7 +23,7 @@ pub(super) fn judge(task: &Task<'_>, proof: &Proof, validators: &[&dyn Validator
     validators.iter().map(judge).collect()
 }
 
-/// The rejection or time-out of an external validator.
+/// Returns the rejection or time-out of an external validator; `None` if it accepts the module or cannot run.
 pub(super) fn disagreement(
     opinion: &Opinion,
     validator: &dyn Validator,
@@ -49,7 +49,7 @@ fn offset_of(text: &str, line: usize, column: usize) -> usize {
     (start + column.saturating_sub(1)).min(text.len())
 }
 
-/// The diagnostic for a rejection of a text: by the plain map, or by markers where captured text hides the place.
+/// Places a rejection of generated WGSL in the template, if necessary with markers for captured text.
 pub(super) fn place_rejection(
     templates: &TemplateSet,
     each: &Explored<'_>,

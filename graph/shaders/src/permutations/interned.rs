@@ -6,7 +6,7 @@ use std::sync::Arc;
 use crate::written::complexity;
 use crate::written::declarations::{Common, Declaration, Kind, Split};
 
-/// The number of a declaration, of a name, or of what is made of them.
+/// The index of a declaration, a name, a unit or an interface in its table.
 pub(super) type Id = u32;
 
 #[derive(Debug, Default)]
@@ -23,18 +23,20 @@ pub(super) struct Declared {
     pub(super) kind: Kind,
     pub(super) name: Option<Id>,
     pub(super) header: usize,
-    /// The names in the header of a function, or in all of anything else.
+    /// The names in the header of a function, or all names in any other declaration.
     pub(super) visible: Vec<Id>,
     pub(super) mentions: Vec<Id>,
     pub(super) is_of_whole: bool,
-    /// An upper bound on its statements; `None` for a declaration that is too large by itself.
+    /// An upper bound on the number of statements; `None` if the declaration alone is too large.
     pub(super) statements: Option<usize>,
 }
 
 impl Declarations {
-    /// The declarations of a text, given those of the one `before`, and whether it can be proven by them: not if it
-    /// declares a name twice, has a directive behind others or a declaration that says something of the whole, or is
-    /// too large.
+    /// Interns the declarations of a module. `before` holds those of the previous module, of which `common` are the
+    /// same.
+    ///
+    /// Also returns whether the module can be validated by declarations. This requires unique names, directives only
+    /// at the start, no declaration that affects the whole module, and a limited size.
     pub(super) fn of(&mut self, split: &Split, common: Common, before: &[Id]) -> (Arc<[Id]>, bool) {
         let new = split.ranges.len() - common.first - common.last;
         let ranges = split.ranges.iter().skip(common.first).take(new);
@@ -93,7 +95,7 @@ impl Declarations {
         self.names.get(name as usize).map_or("", String::as_str)
     }
 
-    /// The name with a text, if some declaration has it.
+    /// Returns the id of a name, or `None` if no declaration contains it.
     pub(super) fn named(&self, name: &str) -> Option<Id> {
         self.by_name.get(name).copied()
     }

@@ -15,19 +15,19 @@ use super::units::{Profiles, Unit};
 use crate::reflection::{Binding, EntryPoint};
 use crate::rules::summary::Summary;
 
-/// The maximum number of units that are kept for some profiles; with more, those of earlier runs are left out.
+/// The maximum number of stored units; above it, those of earlier runs are dropped.
 const MAX_UNITS: usize = 1 << 16;
 
-/// Keeps bytes from one run to the next.
+/// A store for validation results from one run to the next.
 pub trait Keep: Sync {
-    /// The bytes that were put last under a name, if they are still there.
+    /// Returns the bytes that were last stored under `name`, or `None`.
     fn get(&self, name: &str) -> Option<Vec<u8>>;
 
-    /// Keeps bytes under a name, in place of others; no bytes where that is not possible.
+    /// Stores bytes under `name` and replaces earlier ones. A failure to store is ignored.
     fn put(&self, name: &str, bytes: &[u8]);
 }
 
-/// The units that earlier runs have proven for some profiles.
+/// The units that earlier runs have validated, keyed by the hexadecimal hash of each unit.
 #[derive(Debug)]
 pub(super) struct Kept(BTreeMap<String, Record>);
 
@@ -41,18 +41,18 @@ struct Record {
     entry_point: Option<EntryPoint>,
     accepted: Profiles,
     reached: Profiles,
-    /// Whether the entry point is certain to write every texel, which its own form leaves out.
+    /// Whether the entry point writes every texel; stored here since serialization of `EntryPoint` skips this field.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     covers: bool,
 }
 
 impl Kept {
-    /// Reads what was kept.
+    /// Deserializes stored units; empty if the bytes are missing or unreadable.
     pub(super) fn of(bytes: Option<Vec<u8>>) -> Self {
         Self(bytes.and_then(|bytes| serde_json::from_slice(&bytes).ok()).unwrap_or_default())
     }
 
-    /// The unit with a hash.
+    /// Returns the stored unit with this hash, or `None`.
     pub(super) fn unit(&self, hash: &[u8; 32]) -> Option<Unit> {
         let Record { summary, binding, entry_point, accepted, reached, covers } =
             self.0.get(&name(hash))?.clone();
@@ -67,7 +67,7 @@ impl Kept {
         })
     }
 
-    /// The bytes to keep after a run; `None` if nothing is new.
+    /// Merges the validated units into the stored ones and serializes them; `None` if nothing has changed.
     pub(super) fn with(mut self, proven: &[Unit]) -> Option<Vec<u8>> {
         let is_accepted = |unit: &&Unit| !unit.follows && unit.accepted != 0 && unit.refusals.is_empty();
         let record = |unit: &Unit| {

@@ -72,28 +72,28 @@ use crate::written::declarations::Split;
 use umbragraph_text::diagnostic::{AxisValues, Diagnostic, Diagnostics};
 use umbragraph_text::source::FileId;
 
-/// The options of a check.
+/// The options of a permutation check.
 pub struct Options<'a> {
-    /// The number of threads.
+    /// The number of threads, at most 256.
     pub threads: usize,
-    /// Further validators, for texts that naga accepts.
+    /// External validators for modules that naga accepts.
     pub external: &'a [&'a dyn Validator],
-    /// Whether every distinct text is proven by itself.
+    /// Whether every distinct module is validated as a whole, instead of by its declarations.
     pub exhaustive: bool,
-    /// The store of proofs of earlier runs and of this one.
+    /// The store for validation results between runs; `None` to validate everything anew.
     pub keep: Option<&'a dyn Keep>,
-    /// Whether axes without effect and text in no variant are diagnostics. They are where the requests are all that a
-    /// template can express; what one pipeline does not reach, another may.
+    /// Whether to report axes without effect and template text in no variant. Set it only if the requests cover every
+    /// configuration of the templates.
     pub report_dead: bool,
-    /// The files that others than the requests use as well: nothing in them is called dead, since these may need it.
+    /// Files that are also used outside the requests; nothing in them is reported as dead.
     pub shared: BTreeSet<FileId>,
-    /// Called with the texts of which there is a verdict, and all that are known by then, from any thread.
+    /// The progress callback: number of settled modules, and number of known modules. Any thread may call it.
     pub progress: &'a (dyn Fn(usize, usize) + Sync),
-    /// Ends the check before the next text, once it is set: its results are of no use then.
+    /// Stops the check before the next module once set; the results must then be discarded.
     pub cancelled: &'a AtomicBool,
 }
 
-/// Never set.
+/// A cancellation flag that is never set.
 static NEVER: AtomicBool = AtomicBool::new(false);
 
 impl Default for Options<'_> {
@@ -118,11 +118,11 @@ impl Options<'_> {
     }
 }
 
-/// The maximum number of threads that are worth their stacks.
+/// The maximum number of threads of a check.
 const MAX_THREADS: usize = 256;
 
-/// Explores all paths of the requests, each on a thread. Requests that allow the same values of one template share
-/// them. Reports requests that cannot be explored.
+/// Explores all paths of the requests in parallel. Requests with the same template and allowed values share the
+/// result. Returns diagnostics for requests that cannot be explored.
 fn explore<'a>(
     templates: &'a TemplateSet,
     requests: &'a [Request],
@@ -192,7 +192,7 @@ fn explore<'a>(
     (explored, declarations.into_inner().unwrap_or_else(PoisonError::into_inner), diagnostics)
 }
 
-/// Proves every variant of the requests.
+/// Validates every variant of the requests, and reports one diagnostic per root cause.
 pub fn check(templates: &TemplateSet, requests: &[Request], options: &Options<'_>) -> Permutations {
     let mut diagnostics = Diagnostics::new();
     let work = || {
@@ -278,7 +278,7 @@ pub fn check(templates: &TemplateSet, requests: &[Request], options: &Options<'_
     Permutations { diagnostics, templates: reports, texts, proven, declarations }
 }
 
-/// The number of paths of a request, if it can be explored and they are no more than `max`.
+/// Returns the number of paths of a request; `None` if it exceeds `max` or the request cannot be explored.
 #[cfg(test)]
 pub(crate) fn paths(templates: &TemplateSet, request: &Request, max: usize) -> Option<usize> {
     let space = Arc::new(space_of(templates, request).ok()?);
@@ -287,7 +287,7 @@ pub(crate) fn paths(templates: &TemplateSet, request: &Request, max: usize) -> O
     is_all.then_some(explorer.exploration.leaves.len())
 }
 
-/// The verdict with one reflection for all that are equal.
+/// Replaces the verdict's reflection by an equal one from `known`, so that equal reflections share memory.
 fn shared(mut verdict: Verdict, known: &mut HashSet<Arc<Reflection>>) -> Verdict {
     if let Some(reflection) = &mut verdict.reflection {
         match known.get(reflection) {

@@ -24,12 +24,12 @@ use crate::rules::limits;
 use crate::rules::summary::Summary;
 use crate::written::declarations::Kind;
 
-/// The origin of a texture or sampler: the name of a variable, or the number of an argument above this.
+/// The origin of a texture or sampler: the id of a variable, or an argument's index with the bit [`ARGUMENT`].
 type Root = u32;
 const ARGUMENT: Root = 1 << 31;
 const UNKNOWN: Root = Root::MAX;
 
-/// The uses of a function by itself, by names.
+/// The resources, sampled pairs, calls and costs of one function's own body.
 #[derive(Debug, Default)]
 pub(super) struct Used {
     globals: Vec<Id>,
@@ -56,46 +56,47 @@ impl Used {
         }
     }
 
-    /// Its own operations. Those of the functions that it calls are left out.
+    /// The operations of the function itself, without those of the functions that it calls.
     pub(super) fn spent(&self) -> &Spent<Id> {
         &self.spent
     }
 }
 
-/// The uses of an entry point through all that it calls.
+/// The resources that an entry point uses, including those of all called functions.
 #[derive(Debug, Default)]
 struct Reached {
     entry: Id,
-    /// Variables by their units.
+    /// The units of the used variables.
     variables: Vec<Id>,
     sampled: Vec<(Id, Id)>,
 }
 
-/// The interface of a text.
+/// The interface of a module, derived from its declarations.
 #[derive(Debug, Default)]
 pub(super) struct Interface {
-    /// The unit of it.
+    /// The unit that represents the interface.
     pub(super) module: Id,
-    /// The units that entry points reach: functions and variables.
+    /// The units of functions and variables that entry points reach.
     pub(super) reached: Vec<Id>,
     reflection: Arc<Reflection>,
 }
 
 impl Interface {
-    /// The profiles for which nothing about it is left to prove, and its reflection.
+    /// Returns the profiles whose limits the interface satisfies, and the reflection.
     pub(super) fn proven(&self, subject: &Subject<'_>) -> (Profiles, &Arc<Reflection>) {
         let fits = subject.wanted().filter(|(_, profile)| limits::fits(&self.reflection, profile));
         (fits.fold(0, |all, (at, _)| all | bit(at)), &self.reflection)
     }
 
-    /// Whether naga has found the same.
+    /// Returns `true` if the derived reflection equals naga's.
     pub(super) fn is(&self, reflection: &Reflection) -> bool {
         *self.reflection == *reflection
     }
 }
 
 impl Units {
-    /// The interface of the text at hand, of which every declaration is known; `None` for one that is not worked out.
+    /// Derives the interface of the module last passed to `resolve`, if all its declarations are known; otherwise
+    /// `None`.
     pub(super) fn interface(
         &mut self,
         declarations: &Declarations,
@@ -146,7 +147,7 @@ impl Units {
         Some(Interface { module, reached, reflection })
     }
 
-    /// One allocation for all reflections that are equal: most interfaces differ in functions alone.
+    /// Returns a shared allocation for equal reflections.
     fn one_of_equal(&mut self, reflection: Reflection) -> Arc<Reflection> {
         if let Some(known) = self.reflections.get(&reflection) {
             return known.clone();
@@ -156,7 +157,7 @@ impl Units {
         new
     }
 
-    /// Follows the calls of an entry point.
+    /// Collects the resources that an entry point reaches through calls; `None` if a function's uses are not known.
     fn reach(
         &self,
         declarations: &Declarations,
@@ -206,7 +207,7 @@ impl Units {
         Some(Reached { entry, variables, sampled: sampled.collect() })
     }
 
-    /// The textures and samplers that a function uses together, through all that it calls.
+    /// Returns the textures and samplers that a function and its callees sample together.
     fn sampled(
         &self,
         resolved: &Resolved,
@@ -235,7 +236,7 @@ impl Units {
         Some(found)
     }
 
-    /// The reflection of a module whose entry points reach this.
+    /// Builds the reflection of a module from the resources that its entry points reach.
     fn reflection(
         &self,
         all: &[Reached],
@@ -287,7 +288,7 @@ impl Units {
         Some(Reflection { bindings, unused, entry_points, overrides })
     }
 
-    /// Takes over what the reflection of a text says of its variables and entry points by themselves.
+    /// Stores the bindings and entry points of a reflection in their units, without their uses.
     pub(super) fn reflected(
         &mut self,
         declarations: &Declarations,
@@ -322,7 +323,7 @@ impl Units {
     }
 }
 
-/// A binding as if nothing used it.
+/// Returns the binding as if no entry point used it: no visibility, not filterable.
 fn alone(mut binding: Binding) -> Binding {
     binding.entry.visibility = ShaderStages::NONE;
     if let BindingType::Texture { sample_type: TextureSampleType::Float { filterable }, .. } =

@@ -17,16 +17,17 @@ use crate::written::ir;
 use crate::written::rejection::Rejection;
 use umbragraph_text::diagnostic::{AxisValue, AxisValues};
 
-/// Values of all override axes, and the constants that they are in a module.
+/// Values for all override axes, and the same values as the module's pipeline constants.
 pub(super) struct Set {
     pub(super) values: AxisValues,
     pub(super) constants: PipelineConstants,
 }
 
-/// The sets of constants that have to be tried, the defaults first, out of those that [`values`] gives.
+/// Returns the distinct sets of constants to try, the defaults first. Only the defaults remain if values cannot affect
+/// validity.
 ///
 /// # Errors
-/// An override whose type does not fit its axis.
+/// A rejection if the type of an override does not fit its axis.
 pub(super) fn sets(axes: &Axes, values: &[AxisValues], module: &Module) -> Result<Vec<Set>, Rejection> {
     let mut sets: Vec<Set> = Vec::new();
     for values in values {
@@ -41,7 +42,8 @@ pub(super) fn sets(axes: &Axes, values: &[AxisValues], module: &Module) -> Resul
     Ok(sets)
 }
 
-/// All defaults, all minimums, all maximums.
+/// Returns three sets of values: all defaults, all minimums, all maximums. Only an empty set if there are no override
+/// axes.
 pub(super) fn values(axes: &Axes) -> Vec<AxisValues> {
     let overrides: Vec<_> = axes.iter().filter(|axis| axis.mode == AxisMode::Override).collect();
     let defaults: AxisValues =
@@ -64,14 +66,13 @@ pub(super) fn values(axes: &Axes) -> Vec<AxisValues> {
     vec![defaults, ends(false), ends(true)]
 }
 
-/// The inputs, by axis name, from which the tried values of an override follow. A proof of its declaration depends on
-/// them.
+/// A string per override axis that identifies its tried values; results for the override depend on it.
 pub(super) fn by_name(axes: &Axes) -> BTreeMap<&str, String> {
     let overrides = axes.iter().filter(|axis| axis.mode == AxisMode::Override);
     overrides.map(|axis| (axis.name.as_str(), format!("{:?} {:?}", axis.kind, axis.default))).collect()
 }
 
-/// Whether the module could be valid with some values of its overrides and invalid with others.
+/// Returns `true` if the module may be valid with some override values and invalid with others.
 fn values_matter(module: &Module) -> bool {
     let sized = module.types.iter().any(|(_, ty)| {
         matches!(
@@ -88,7 +89,7 @@ fn values_matter(module: &Module) -> bool {
     sized || dispatched || initial || ir::functions(module).any(|each| evaluates(&each.expressions))
 }
 
-/// Whether something is evaluated from overrides that could fail, or that is not known to be harmless.
+/// Returns `true` if an expression computed from overrides may fail.
 fn evaluates(expressions: &Arena<Expression>) -> bool {
     if !expressions.iter().any(|(_, each)| matches!(each, Expression::Override(_))) {
         return false;

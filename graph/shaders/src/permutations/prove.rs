@@ -20,14 +20,14 @@ use crate::written::stages;
 use crate::written::text_map::Source;
 use umbragraph_text::diagnostic::AxisValues;
 
-/// The profiles that a text is proven for, and the values of its overrides.
+/// The target profiles and override values for which modules are validated.
 pub(crate) struct Subject<'a> {
     axes: &'a Axes,
-    /// The values of override axes that are tried, the defaults first.
+    /// The sets of override values to try, the defaults first.
     overrides: Vec<AxisValues>,
-    /// All profiles of a check.
+    /// All target profiles of the check.
     pub(crate) profiles: Arc<[&'a TargetProfile]>,
-    /// Those that have to accept the text.
+    /// The indices of the profiles that must accept the module.
     pub(crate) wanted: BTreeSet<usize>,
 }
 
@@ -36,44 +36,44 @@ impl<'a> Subject<'a> {
         Self { axes, overrides: overrides::values(axes), profiles, wanted }
     }
 
-    /// The wanted profiles by their indices.
+    /// The profiles that must accept the module, with their indices.
     pub(crate) fn wanted(&self) -> impl Iterator<Item = (usize, &'a TargetProfile)> {
         self.wanted.iter().filter_map(|at| Some((*at, *self.profiles.get(*at)?)))
     }
 }
 
-/// A text to be proven.
+/// A WGSL module to validate.
 pub(crate) struct Task<'a> {
     pub(crate) source: Source,
     pub(crate) subject: Arc<Subject<'a>>,
-    /// Whether something is learned of its units. Then it is tried for all profiles of the check; a rejection by one
-    /// that is not wanted is not reported.
+    /// Whether the result also applies to the module's units. If so, all profiles of the check are tried; rejections
+    /// by profiles outside `Subject::wanted` are not reported.
     pub(crate) is_of_units: bool,
 }
 
 impl<'a> Task<'a> {
-    /// The profiles that it is proven for, by their indices.
+    /// The profiles to validate the module for, with their indices.
     pub(crate) fn profiles(&self) -> impl Iterator<Item = (usize, &'a TargetProfile)> {
         let is_tried = |at: &usize| self.is_of_units || self.subject.wanted.contains(at);
         self.subject.profiles.iter().copied().enumerate().filter(move |(at, _)| is_tried(at))
     }
 }
 
-/// The proof of a text.
+/// The result of validating a module.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Proof {
-    /// The rejections, each with the indices of the profiles that reject the text.
+    /// The rejections, each with the indices of the profiles that reject the module.
     pub(crate) rejections: Vec<(Rejection, Vec<usize>)>,
     /// Advice: constructs that are valid but better avoided.
     pub(crate) advice: Vec<Rejection>,
-    /// The summaries of its functions for their callers, if at least one profile has them validated.
+    /// Summaries by function name; `None` if no profile passes naga's validation.
     pub(crate) summaries: Option<BTreeMap<String, Summary>>,
-    /// The reflection, if at least one profile accepts the text.
+    /// The reflection; `None` if no profile passes validation.
     pub(crate) reflection: Option<Arc<Reflection>>,
 }
 
 impl Proof {
-    /// Whether a profile that is wanted accepts the text.
+    /// Returns `true` if at least one wanted profile accepts the module.
     pub(crate) fn is_accepted(&self, subject: &Subject<'_>) -> bool {
         let is_rejected = |at: &usize| self.rejections.iter().any(|(_, profiles)| profiles.contains(at));
         subject.wanted.iter().any(|at| !is_rejected(at))
@@ -91,8 +91,7 @@ impl Proof {
     }
 }
 
-/// Proves one text for all profiles of its task. A defect that ends in a panic rejects the text: the others are still
-/// proven, and the diagnostic says which it is about.
+/// Validates one module for all profiles of its task. A panic of the compiler becomes a rejection of the module.
 pub(crate) fn prove(task: &Task<'_>) -> Proof {
     let subject = &*task.subject;
     wgsl::guarded(|| prove_for(task, subject)).unwrap_or_else(|rejection| {
@@ -191,7 +190,7 @@ fn prove_for(task: &Task<'_>, subject: &Subject<'_>) -> Result<Proof, Rejection>
     Ok(proof)
 }
 
-/// Browsers reject what WGSL forbids; for other targets it is a warning.
+/// Adds violations of WGSL rules that naga does not check: rejections for browsers, warnings for other targets.
 fn check_beyond_naga(task: &Task<'_>, found: Vec<Rejection>, proof: &mut Proof) {
     let browsers: Vec<usize> =
         task.profiles().filter(|(_, profile)| profile.is_browser()).map(|(at, _)| at).collect();

@@ -8,23 +8,23 @@ use super::request::Request;
 use crate::axes::Space;
 use crate::reflection::Reflection;
 
-/// A request that can be explored, with what came of it.
+/// An explored request.
 pub(super) struct Explored<'a> {
     pub(super) request: &'a Request,
-    /// Its index among all requests.
+    /// The index of the request among all requests.
     pub(super) at: usize,
     pub(super) space: Arc<Space>,
     pub(super) exploration: Arc<Exploration>,
-    /// The index of each distinct text among all of all requests.
+    /// The index in [`Composition::texts`](super::compose::Composition::texts) of each distinct module.
     pub(super) tasks: Vec<usize>,
 }
 
-/// The verdict of a text.
+/// The result of validating a module for the profiles of a request.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Verdict {
-    /// Whether every profile accepts it.
+    /// Whether every profile accepts the module.
     pub(super) is_valid: bool,
-    /// The reflection, if at least one profile accepts it.
+    /// The reflection; `None` if no profile accepts the module.
     pub(super) reflection: Option<Arc<Reflection>>,
     pub(super) costs: Arc<Costs>,
 }

@@ -9,97 +9,97 @@ use crate::rendering::templates::TemplateSet;
 use crate::rules::cost::Cost;
 use umbragraph_text::diagnostic::{AxisValue, AxisValues, Count, Diagnostics};
 
-/// The outcome of a check.
+/// The results of a permutation check.
 #[derive(Clone, Debug, Default)]
 #[non_exhaustive]
 pub struct Permutations {
-    /// Every diagnostic, once per root cause, by place.
+    /// The diagnostics, one per root cause, sorted by place.
     pub diagnostics: Diagnostics,
-    /// The templates that were checked, in the order of the requests.
+    /// The reports on the requests, in their order.
     pub templates: Vec<TemplateReport>,
-    /// The number of distinct texts of which there is a verdict.
+    /// The number of distinct generated WGSL modules.
     pub texts: usize,
-    /// The number of them that were proven by themselves; the verdicts of all others follow.
+    /// The number of modules that naga validated as a whole; the others follow from their declarations.
     pub proven: usize,
-    /// The number of declarations with what they see of others, and of interfaces of modules, that the texts consist
-    /// of.
+    /// The number of distinct validation units: declarations with their dependencies, and interfaces of modules.
     pub declarations: usize,
 }
 
-/// The result of one request.
+/// The report on one request.
 #[derive(Clone, Debug, serde::Serialize)]
 #[non_exhaustive]
 pub struct TemplateReport {
     /// The index of the request.
     #[serde(skip)]
     pub request: usize,
-    /// The pass, or what else the request calls itself.
+    /// The name of the request, usually that of a pass.
     pub name: String,
-    /// The profiles that it is about where others reach something else under its name.
+    /// The target profiles of the request, if requests with the same name differ by profile; otherwise empty.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub group: String,
-    /// The template.
+    /// The name of the template.
     pub template: String,
-    /// The names of the profiles.
+    /// The names of the target profiles.
     pub profiles: Vec<String>,
-    /// The number of configurations that the constraints allow.
+    /// The number of axis-value combinations that the constraints allow.
     pub configurations: Count,
-    /// The number of configurations that the checked variants represent; fewer only where a limit was met.
+    /// The number of combinations that the checked variants represent. It is lower than `configurations` if a limit
+    /// was reached or a rendering failed.
     pub covered: Count,
-    /// The number of paths through the template, each one rendering.
+    /// The number of paths through the template; each is one rendering.
     pub paths: usize,
-    /// The axes that paths read, with the values that they took.
+    /// The explored values of each axis that a path reads.
     pub values: BTreeMap<String, BTreeSet<AxisValue>>,
-    /// The distinct texts.
+    /// The distinct generated modules.
     pub variants: Vec<VariantReport>,
-    /// Hashes of the distinct declarations of the texts.
+    /// Hashes of the distinct declarations in these modules.
     #[serde(skip)]
     pub declarations: BTreeSet<u64>,
-    /// The axes on which nothing depends.
+    /// The names of the axes without effect on any module.
     pub dead_axes: Vec<String>,
-    /// The size that each value adds to the text.
+    /// The change of the module's size for each axis value.
     pub bytes_of_values: Vec<ValueBytes>,
-    /// The bindings of all variants together, as far as they agree; the layout of the pass.
+    /// The union of the variants' bindings, except for those in conflict: the layout of the pass.
     #[serde(skip)]
     pub interface: Vec<Binding>,
 }
 
-/// The costs of the entry points of a text by name.
+/// The costs of a module's entry points, by name.
 pub type Costs = BTreeMap<String, Cost>;
 
-/// One distinct text.
+/// The report on one distinct generated module.
 #[derive(Clone, Debug, serde::Serialize)]
 #[non_exhaustive]
 pub struct VariantReport {
-    /// The values that lead to it, on the first of its paths.
+    /// The axis values on the first path that generates the module.
     #[serde(serialize_with = "shared")]
     pub axes: Arc<AxisValues>,
-    /// The number of paths that lead to it.
+    /// The number of paths that generate the module.
     pub paths: usize,
-    /// The number of configurations that have this text.
+    /// The number of axis-value combinations that generate the module.
     pub configurations: Count,
-    /// Its size.
+    /// The size of the WGSL in bytes.
     pub bytes: usize,
-    /// The BLAKE3 hash of it, in hexadecimal digits.
+    /// The BLAKE3 hash of the WGSL in hexadecimal digits.
     pub hash: String,
-    /// Whether every profile accepts it.
+    /// Whether every target profile accepts the module.
     pub valid: bool,
-    /// The cost of each entry point; none for a text that no profile accepts.
+    /// The cost of each entry point; empty if no profile accepts the module.
     #[serde(serialize_with = "shared")]
     pub costs: Arc<Costs>,
-    /// The reflection of the module; `None` for a text that no profile accepts.
+    /// The reflection of the module; `None` if no profile accepts it.
     #[serde(skip)]
     pub reflection: Option<Arc<Reflection>>,
 }
 
-/// The size that a value adds to the text of all defaults.
+/// The size that one axis value adds to the module with all defaults.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct ValueBytes {
-    /// The axis.
+    /// The name of the axis.
     pub axis: String,
     /// The value.
     pub value: AxisValue,
-    /// The bytes more, or fewer.
+    /// The change of the WGSL's size in bytes; negative if the module becomes smaller.
     pub bytes: i64,
 }
 
@@ -111,15 +111,15 @@ fn shared<T: serde::Serialize, S: serde::Serializer>(
 }
 
 impl VariantReport {
-    /// The entry point that costs most, with its cost.
+    /// Returns the entry point with the highest cost, or `None` if there are no costs.
     pub fn worst(&self) -> Option<(&str, &Cost)> {
         let all = self.costs.iter().map(|(name, cost)| (name.as_str(), cost));
         // The first of equals.
         all.rev().max_by_key(|(_, cost)| cost.total)
     }
 
-    /// A file name that says which variant of which pass it is: `forward.sscs=true.taps=16.1f2e3d4c.wgsl`. Long lists
-    /// of values are cut; the first digits of the hash keep names apart.
+    /// Returns a file name for the variant: `forward.sscs=true.taps=16.1f2e3d4c.wgsl`. Long lists of values are
+    /// truncated; the first digits of the hash keep names unique.
     pub fn file_name(&self, name: &str) -> String {
         let clean = |text: &str| -> String {
             let keep = |each: char| each.is_ascii_alphanumeric() || matches!(each, '_' | '-' | '=' | '.');
@@ -139,12 +139,12 @@ impl VariantReport {
 }
 
 impl TemplateReport {
-    /// The text of one of the variants, rendered again: reports of thousands of them do not keep their texts.
+    /// Renders the WGSL of a variant again, since reports do not store it; `None` if rendering fails.
     pub fn text(&self, templates: &TemplateSet, variant: &VariantReport) -> Option<String> {
         render::render_fixed(templates, &self.template, &variant.axes).map(|source| source.wgsl)
     }
 
-    /// The largest text.
+    /// Returns the variant with the largest WGSL, or `None` if there are no variants.
     pub fn max(&self) -> Option<&VariantReport> {
         self.variants.iter().max_by_key(|variant| variant.bytes)
     }

@@ -10,28 +10,28 @@ use crate::targets::profile::TargetProfile;
 use crate::variant::compile::unknown_axis;
 use umbragraph_text::diagnostic::{AxisValue, AxisValues, Diagnostic, Place, describe};
 
-/// A template that is to be proven.
+/// A template to validate, with its allowed axis values and target profiles.
 #[derive(Clone, Debug)]
 pub struct Request {
-    /// The name in reports: that of a pass, for one.
+    /// The name in reports, such as that of a pass.
     pub name: String,
-    /// The profiles that it is about where others reach something else under its name; empty where none do.
+    /// The target profiles, if requests with the same name differ by profile; otherwise empty.
     pub group: String,
-    /// The template.
+    /// The name of the template.
     pub template: String,
-    /// The values that axes can have; an axis that is not named can have all of its values.
+    /// The allowed values by axis name; an axis without an entry can have all of its values.
     pub allowed: BTreeMap<String, Vec<AxisValue>>,
-    /// Axes whose values are combined with all others, whether or not anything gives them together; with what yields
-    /// them. A diagnostic that such an axis provokes says so.
+    /// Axes whose values are combined with all others, though some combinations may never occur. Maps each axis to the
+    /// source of its values. A diagnostic caused by such an axis mentions this source.
     pub assumed: BTreeMap<String, String>,
-    /// The profiles that have to accept every variant.
+    /// The target profiles that must accept every variant.
     pub profiles: Vec<TargetProfile>,
-    /// The place of diagnostics about the request itself.
+    /// The place to which diagnostics about the request refer.
     pub place: Place,
 }
 
 impl Request {
-    /// A request for every variant of a template.
+    /// Creates a request for every variant of a template.
     pub fn all(template: &str, profiles: &[TargetProfile]) -> Self {
         Self {
             name: template.to_owned(),
@@ -44,8 +44,8 @@ impl Request {
         }
     }
 
-    /// One configuration; axes that `values` does not name have their defaults, or any value where constraints do not
-    /// let them have these: the values of a variant are those that its text depends on.
+    /// Creates a request for one combination of values. Axes missing in `values` have their defaults, or any value if
+    /// the constraints forbid the defaults.
     pub fn one(
         templates: &TemplateSet,
         template: &str,

@@ -16,7 +16,7 @@ use crate::rendering::templates::TemplateSet;
 use crate::variant::compile::template_values;
 use umbragraph_text::diagnostic::{AxisValue, AxisValues, Count};
 
-/// The report on one request.
+/// Builds the report on one request.
 pub(super) fn report_on(
     templates: &TemplateSet,
     each: &Explored<'_>,
@@ -68,7 +68,7 @@ pub(super) fn report_on(
     }
 }
 
-/// The values of each axis on the paths.
+/// Collects the explored values of each axis.
 fn values_of(exploration: &Exploration) -> BTreeMap<String, BTreeSet<AxisValue>> {
     let mut values: BTreeMap<String, BTreeSet<AxisValue>> = BTreeMap::new();
     for (name, value) in exploration.leaves.iter().flat_map(|leaf| leaf.decided.iter()) {
@@ -81,7 +81,7 @@ fn values_of(exploration: &Exploration) -> BTreeMap<String, BTreeSet<AxisValue>>
     values
 }
 
-/// Hashes of the distinct declarations; they do not depend on the order in which threads found them.
+/// Hashes the distinct declarations; the result does not depend on the order in which threads found them.
 fn declarations_of(exploration: &Exploration, declarations: &Declarations) -> BTreeSet<u64> {
     let ids: BTreeSet<Id> =
         exploration.texts.iter().filter_map(|text| text.declarations.as_deref()).flatten().copied().collect();
@@ -111,7 +111,7 @@ fn dead_axes(templates: &TemplateSet, each: &Explored<'_>, variants: &[VariantRe
     .collect()
 }
 
-/// The size that each value of a small axis adds to the text of all defaults.
+/// Returns the change in size for each value of axes with at most 16 values, compared to all defaults.
 fn bytes_of_values(templates: &TemplateSet, each: &Explored<'_>) -> Vec<ValueBytes> {
     const MAX_VALUES: u64 = 16;
     let template = &each.request.template;

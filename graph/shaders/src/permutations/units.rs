@@ -25,50 +25,51 @@ use umbragraph_text::diagnostic::{AxisValues, Diagnostic};
 
 use crate::written::rejection::Excess;
 
-/// Profiles as bits.
+/// A bit set of target profiles.
 pub(super) type Profiles = u64;
 
-/// The bit of a profile. Those beyond the 64th share its bit; with them nothing is proven by units.
+/// The bit of the profile with this index. All profiles from index 63 on share the last bit.
 pub(super) fn bit(profile: usize) -> Profiles {
     1 << profile.min(Profiles::BITS as usize - 1)
 }
 
-/// A defect of a unit, or of a whole text.
+/// An error or warning about a unit or a module.
 #[derive(Clone, Debug)]
 pub(super) struct Refusal {
-    /// The diagnostic as the first text shows it.
+    /// The diagnostic as reported for the first module.
     pub(super) diagnostic: Diagnostic,
     pub(super) profiles: Profiles,
     pub(super) excess: Option<Excess>,
     pub(super) overrides: AxisValues,
-    /// Whether it makes texts invalid: naga and the rules do, advice and the validators of others do not.
+    /// Whether the finding makes modules invalid: `true` for naga and WGSL rules, `false` for advice and external
+    /// validators.
     pub(super) is_fatal: bool,
 }
 
 #[derive(Debug, Default)]
 pub(super) struct Unit {
-    /// The hash of all that the unit is made of; the same in every run.
+    /// The hash of everything that the unit consists of; the same in every run.
     pub(super) hash: Hash,
-    /// The profiles for which some text with it was accepted.
+    /// The profiles that have accepted a module with this unit.
     pub(super) accepted: Profiles,
     pub(super) refusals: Vec<Refusal>,
-    /// The summary of a function, once some text with it was validated.
+    /// The summary of a function for its callers; `None` until a module with the function is validated.
     pub(super) summary: Option<Arc<Summary>>,
-    /// The profiles for which some text was accepted in which an entry point reaches it.
+    /// The profiles that have accepted a module in which an entry point reaches the unit.
     pub(super) reached: Profiles,
-    /// The hash of all that others see.
+    /// The id of everything that dependent declarations see of the unit; `None` if not known yet.
     pub(super) interface: Option<Id>,
-    /// The resources that a function uses, from its summary.
+    /// The resources that a function uses, derived from its summary.
     pub(super) used: Option<Used>,
-    /// The binding of a variable, as if nothing used it.
+    /// The binding of a variable, as if no entry point used it.
     pub(super) binding: Option<Binding>,
-    /// The reflection of an entry point, without what it uses.
+    /// The reflection of an entry point, without the resources that it uses.
     pub(super) entry_point: Option<EntryPoint>,
     /// The reflection of every module with this interface.
     pub(super) reflection: Option<Arc<Reflection>>,
-    /// The name of the function.
+    /// The name of the first declaration; `None` for units that are no declarations.
     pub(super) name: Option<Id>,
-    /// Whether it follows from others, and needs not be kept.
+    /// Whether the result follows from other units and is therefore not stored.
     pub(super) follows: bool,
 }
 
@@ -80,59 +81,61 @@ impl Unit {
 
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Key {
-    /// Declarations that mention one another, mostly one, and what they see under which names.
+    /// Usually one declaration, or several that refer to one another, with the interfaces of all names that they
+    /// mention.
     Declarations {
         directives: Id,
         members: Box<[Id]>,
         environment: Box<[(Id, Id)]>,
     },
     Directives(Box<[Id]>),
-    /// Units of a module by what entry points use, apart by numbers of no unit.
+    /// The interface of a module: entry points and the units that they use, separated by `u32::MAX`.
     Interface(Box<[Id]>),
-    /// Interfaces of entry points, which have to fit together.
+    /// The interfaces of a module's entry points, which must match between stages.
     Stages(Box<[Id]>),
 }
 
-/// The units of a text.
+/// The units of one module.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Resolved {
     pub(super) units: Vec<Id>,
-    /// The unit of each declaration, in their order.
+    /// The unit of each declaration, in the same order; `None` if not known yet.
     pub(super) of_declarations: Vec<Option<Id>>,
-    /// Declarations that see a function of which no summary is known.
+    /// Declarations that call a function whose summary is not known yet.
     pub(super) open: Vec<Id>,
-    /// The interface of the module.
+    /// The unit of the module's interface; `None` if not derived yet.
     pub(super) module: Option<Id>,
-    /// Whether functions mention one another in a circle.
+    /// Whether functions refer to one another in a cycle.
     pub(super) is_circular: bool,
 }
 
-/// The interfaces of override axes by name.
+/// Override axes: the id of each name, and the interface id for its tried values.
 pub(super) type Overrides = HashMap<Id, Id>;
 
-/// The units of all texts.
+/// The units of all modules.
 #[derive(Debug, Default)]
 pub(super) struct Units {
     pub(super) all: Vec<Unit>,
     by_key: HashMap<Key, Id>,
-    /// The hash of each thing that others see.
+    /// The hash of each interface, indexed by interface id.
     interfaces: Vec<Hash>,
     by_interface: HashMap<Hash, Id>,
-    /// The local index of each name in the text at hand.
+    /// For each name, the number of the module that last declared it and the declaration's index there.
     at: Vec<(u32, u32)>,
     texts: u32,
-    /// The directives of the text at hand.
+    /// The unit of the current module's directives.
     directives: Id,
-    /// Every reflection of an interface once.
+    /// The distinct reflections of interfaces.
     pub(super) reflections: HashSet<Arc<Reflection>>,
-    /// A memo for each declaration: what it saw last, and its unit.
+    /// For each declaration, the interfaces that it last saw and the resulting unit.
     last: Vec<Option<(Vec<Option<Id>>, Id)>>,
-    /// The units that earlier runs have proven.
+    /// The units that earlier runs have validated; `None` without a store.
     pub(super) kept: Option<Kept>,
 }
 
 impl Units {
-    /// The units of a text with these overrides. `summaries` are those of its functions, where they were just found.
+    /// Returns the units of a module with these overrides. `summaries` holds the summaries of its functions if it was
+    /// just validated.
     pub(super) fn resolve(
         &mut self,
         declarations: &Declarations,
@@ -235,8 +238,8 @@ impl Units {
         resolved
     }
 
-    /// Works out what others see of a unit: all of it, or of a function the declaration up to its body with what that
-    /// mentions, and its summary with the variables that it is about.
+    /// Computes the interface of a unit. For a function this is its header, the interfaces of the names there, and its
+    /// summary; for other declarations it is everything.
     fn see(
         &mut self,
         unit: Id,
@@ -286,7 +289,7 @@ impl Units {
         id
     }
 
-    /// The overrides of a template, whose values decide what is proven of their declarations.
+    /// Returns the overrides of a template, with interfaces that identify their tried values.
     pub(super) fn overrides(&mut self, declarations: &Declarations, axes: &Axes) -> Overrides {
         let all = overrides::by_name(axes).into_iter();
         let interface = |(name, values): (&str, String)| {
@@ -332,13 +335,13 @@ impl Units {
         id
     }
 
-    /// The place of a name among the declarations of the text at hand.
+    /// The index of the current module's declaration with this name, or `None`.
     pub(super) fn local(&self, name: Id) -> Option<usize> {
         let (text, at) = self.at[name as usize];
         (text == self.texts).then_some(at as usize)
     }
 
-    /// The place of the function of a unit among the declarations of a text.
+    /// The index of the declaration in a module that has the unit's name, or `None`.
     pub(super) fn position(&self, declarations: &Declarations, text: &[Id], unit: Id) -> Option<usize> {
         let name = self.all.get(unit as usize)?.name?;
         text.iter().position(|id| declarations.all[*id as usize].name == Some(name))

@@ -2,32 +2,32 @@
 
 use umbragraph_text::diagnostic::Place;
 
-/// Judges texts that naga accepts, on several threads.
+/// An external validator for modules that naga accepts. Several threads may call it.
 pub trait Validator: Sync {
-    /// The name under which diagnostics show it.
+    /// The name shown in diagnostics.
     fn name(&self) -> &str;
 
-    /// The place of the request, for diagnostics about the validator.
+    /// The place to which diagnostics about the validator itself refer.
     fn place(&self) -> Place;
 
-    /// The verdict on a text.
+    /// Validates a WGSL module.
     fn judge(&self, wgsl: &str) -> Opinion;
 }
 
-/// The verdict of a validator on a text.
+/// The result of an external validator for a module.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Opinion {
-    /// It is valid.
+    /// The module is valid.
     Accepts,
-    /// It is not.
+    /// The module is invalid.
     Rejects {
-        /// Why.
+        /// The error message of the validator.
         message: String,
-        /// Line and column, both from 1, in bytes.
+        /// The line and the column in bytes, each starting at 1; `None` if the validator names no place.
         place: Option<(usize, usize)>,
     },
-    /// No answer within the time limit.
+    /// The validator did not finish within its time limit.
     TimedOut,
-    /// The validator cannot run; with the reason.
+    /// The validator cannot run; contains the reason.
     Unavailable(String),
 }

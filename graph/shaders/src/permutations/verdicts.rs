@@ -16,19 +16,20 @@ use crate::targets::profile::TargetProfile;
 use crate::written::declarations;
 use umbragraph_text::diagnostic::{AxisValues, Diagnostic};
 
-/// Advice about branches, where functions come together.
+/// A cache for advice about branches whose condition involves several functions.
 #[derive(Default)]
 struct Advised<'u> {
-    /// A number for each function name with its branches.
+    /// The kind of each function: a number for its name and branches.
     kinds: HashMap<(Id, &'u Branches), u32>,
-    /// The kind of each unit that is a function with branches.
+    /// The kind of each unit; `None` for a unit that is no function with branches.
     kind_of: HashMap<u32, Option<u32>>,
-    /// By sorted kinds: the position of a function among them, and the index of its condition.
+    /// For each sorted list of kinds, the conditions that depend on uniforms only: position in the list, and index of
+    /// the condition in the function.
     found: HashMap<Vec<u32>, Vec<(usize, usize)>>,
 }
 
 impl<'a> Composition<'a> {
-    /// The bits of the profiles of a request.
+    /// The bit set of a request's profiles.
     pub(super) fn wanted(&self, each: &Explored<'a>) -> Profiles {
         each.request.profiles.iter().fold(0, |all, own| all | self.bit_of(own))
     }
@@ -37,7 +38,7 @@ impl<'a> Composition<'a> {
         self.profiles.iter().position(|profile| *profile == own).map_or(0, bit)
     }
 
-    /// The verdict of a text for the profiles of a request.
+    /// Returns the verdict on a module for the profiles in `wanted`.
     pub(super) fn verdict(&self, wanted: Profiles, text: usize) -> Verdict {
         let Some(Text { state, .. }) = self.texts.get(text) else {
             return Verdict::default();
@@ -53,7 +54,7 @@ impl<'a> Composition<'a> {
         Verdict { is_valid, reflection: reflection.filter(|_| is_accepted), ..Verdict::default() }
     }
 
-    /// The diagnostics about validators that cannot run.
+    /// Returns a diagnostic for each external validator that cannot run.
     pub(super) fn unavailable(&self, options: &Options<'_>) -> Vec<Diagnostic> {
         let found = self.unavailable.iter().filter_map(|(at, message)| {
             let place = options.external.get(*at)?.place();
@@ -62,7 +63,7 @@ impl<'a> Composition<'a> {
         found.collect()
     }
 
-    /// The failures of the texts of each request.
+    /// Returns the failures of each request, in the order of the explored requests.
     pub(super) fn failures(&self) -> Vec<Vec<Failure>> {
         let (mut advised, mut advice) = (Advised::default(), HashMap::new());
         let of = |each: &Explored<'a>| {
@@ -105,7 +106,7 @@ impl<'a> Composition<'a> {
         Failure { diagnostic, leaves, profiles, excess, overrides }
     }
 
-    /// The branches of a text whose condition depends on uniforms alone: unit, and index of the condition.
+    /// Returns the conditions in a module that depend on uniforms only, each as unit and index of the condition.
     fn conditions<'u>(&'u self, units: &[u32], known: &mut Advised<'u>) -> Vec<(u32, usize)> {
         let Advised { kinds, kind_of, found } = known;
         let mut kind = |unit: u32| {
@@ -131,13 +132,13 @@ impl<'a> Composition<'a> {
         found.iter().filter_map(|(at, condition)| Some((functions.get(*at)?.1, *condition))).collect()
     }
 
-    /// The name and the branches of a function.
+    /// The name and the branches of a function; `None` if the unit is no function with a summary.
     fn branches(&self, unit: u32) -> Option<(&str, &Branches)> {
         let unit = self.units.all.get(unit as usize)?;
         Some((self.declarations.name(unit.name?), &unit.summary.as_ref()?.branches))
     }
 
-    /// The advice about a condition, as a text shows it.
+    /// Creates the advice about one condition, placed in the template of a module.
     fn advice(&self, each: &Explored<'a>, own: usize, (unit, condition): (u32, usize)) -> Option<Refusal> {
         let summary = self.units.all.get(unit as usize)?.summary.clone()?;
         let source = each.exploration.source(self.templates, &each.request.template, own)?;
@@ -156,7 +157,7 @@ impl<'a> Composition<'a> {
     }
 }
 
-/// The subject of a refusal.
+/// The part of a check that a finding belongs to, with the finding's index there.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Blamed {
     Unit(u32, usize),

@@ -19,21 +19,21 @@ use super::TypeLayout;
 /// One `@group(g) @binding(b) var` of a module.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 pub struct Binding {
-    /// The bind group.
+    /// The index of the bind group.
     pub group: u32,
-    /// The binding in it.
+    /// The index of the binding within its group.
     pub binding: u32,
-    /// The name of the variable.
+    /// The name of the variable in the WGSL.
     pub name: String,
     /// The layout entry; visible to the stages of the entry points that use the binding.
     pub entry: BindGroupLayoutEntry,
-    /// The memory layout of the contents of a buffer.
+    /// The memory layout of a buffer's contents; `None` for textures, samplers and acceleration structures.
     pub block: Option<TypeLayout>,
-    /// The type in WGSL's spelling, `texture_depth_2d_array`.
+    /// The type in WGSL spelling, such as `texture_depth_2d_array`.
     pub type_name: String,
 }
 
-/// All bindings by group and binding: those that entry points use, and the others.
+/// Returns the bindings that entry points use, then the unused ones, each sorted by group and binding.
 pub(super) fn bindings(
     module: &Module,
     info: &ModuleInfo,

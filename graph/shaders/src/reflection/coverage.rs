@@ -15,7 +15,7 @@ use naga::{
 use crate::written::ir;
 use crate::written::ir::Bound;
 
-/// Values, as far as they are needed.
+/// A value of the interpreter that runs the vertex stage.
 #[derive(Clone, Debug, PartialEq)]
 enum Value {
     Float(f32),
@@ -24,14 +24,14 @@ enum Value {
     Composite(Vec<Value>),
 }
 
-/// Whether the fragments of an entry point all write all their samples.
+/// Returns `true` if the fragments of an entry point write all samples: no `discard`, no `sample_mask`.
 pub(super) fn keeps_all(module: &Module, info: &ModuleInfo, at: usize) -> bool {
     let mut outputs = ir::outputs(module, &module.entry_points[at].function).into_iter();
     let mask = Binding::BuiltIn(BuiltIn::SampleMask);
     !info.get_entry_point(at).may_kill && outputs.all(|output| *output.binding != mask)
 }
 
-/// Whether the vertices 0 to 2 of an entry point make a triangle that holds all of clip space.
+/// Returns `true` if vertices 0 to 2 of a vertex stage form one triangle that contains all of clip space.
 pub(super) fn covers(module: &Module, at: usize) -> bool {
     let function = &module.entry_points[at].function;
     let outputs = ir::outputs(module, function);
@@ -63,7 +63,7 @@ pub(super) fn covers(module: &Module, at: usize) -> bool {
     turn != 0.0 && [[-1.0, -1.0], [1.0, -1.0], [-1.0, 1.0], [1.0, 1.0]].into_iter().all(is_inside)
 }
 
-/// The expression that a function without control flow returns.
+/// The expression that a function without control flow returns; `None` if it has control flow.
 fn returned(function: &Function) -> Option<Handle<Expression>> {
     match function.body.iter().find(|statement| !matches!(statement, Statement::Emit(_)))? {
         Statement::Return { value } => *value,
@@ -74,7 +74,7 @@ fn returned(function: &Function) -> Option<Handle<Expression>> {
 struct Run<'a> {
     module: &'a Module,
     function: &'a Function,
-    /// The index of the vertex.
+    /// The vertex index, 0 to 2.
     index: u32,
 }
 

@@ -9,20 +9,20 @@ use wgpu_types::{ShaderStages, VertexFormat};
 use super::{Scalar, ScalarKind, coverage};
 use crate::written::ir;
 
-/// The stage of an entry point.
+/// The shader stage of an entry point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Stage {
-    /// `@vertex`
+    /// A vertex stage.
     Vertex,
-    /// `@fragment`
+    /// A fragment stage.
     Fragment,
-    /// `@compute`
+    /// A compute stage.
     Compute,
 }
 
 impl Stage {
-    /// `vertex`, `fragment` or `compute`.
+    /// The name of the stage: `vertex`, `fragment` or `compute`.
     pub fn name(self) -> &'static str {
         match self {
             Stage::Vertex => "vertex",
@@ -31,12 +31,12 @@ impl Stage {
         }
     }
 
-    /// The stage as a set of one.
+    /// The stage as the wgpu flag set [`ShaderStages`].
     pub fn stages(self) -> ShaderStages {
         wgpu_naga_bridge::map_naga_stage(self.to_naga())
     }
 
-    /// naga's stage.
+    /// The stage as naga's enum.
     pub fn to_naga(self) -> ShaderStage {
         match self {
             Stage::Vertex => ShaderStage::Vertex,
@@ -49,63 +49,63 @@ impl Stage {
 /// An attribute that the vertex stage reads.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 pub struct VertexInput {
-    /// The name of the argument, or of the member of the structure that is one.
+    /// The name of the argument, or of the member if the argument is a structure.
     pub name: String,
-    /// Its `@location`.
+    /// The `@location` of the attribute.
     pub location: u32,
-    /// The type of its components.
+    /// The scalar type of a component.
     pub scalar: Scalar,
     /// The number of components: 1 to 4.
     pub components: u32,
-    /// The vertex format of exactly this type (`float32x3` for `vec3<f32>`). A host may use any format of the same
-    /// kind, such as `unorm8x4` for `vec4<f32>`.
+    /// The vertex format of this type (`float32x3` for `vec3<f32>`); `float16x4` for `vec3<f16>`, which has no format
+    /// of its own. A host may use any format of the same kind, such as `unorm8x4` for `vec4<f32>`.
     pub format: VertexFormat,
 }
 
-/// A colour that the fragment stage writes.
+/// A color output of the fragment stage.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 pub struct FragmentOutput {
-    /// Its `@location`, the index of the colour attachment.
+    /// The `@location`: the index of the color attachment.
     pub location: u32,
-    /// The kind of its components.
+    /// The scalar kind of the components.
     pub kind: ScalarKind,
     /// The number of components: 1 to 4.
     pub components: u32,
 }
 
-/// An entry point.
+/// The reflection of an entry point.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 pub struct EntryPoint {
-    /// Its name.
+    /// The name of the entry point in the WGSL.
     pub name: String,
-    /// Its stage.
+    /// The shader stage.
     pub stage: Stage,
-    /// Its workgroup size; zeros for other stages than compute.
+    /// The workgroup size in invocations; zeros for other stages than compute.
     pub workgroup_size: [u32; 3],
-    /// Bytes of workgroup memory that it uses.
+    /// The workgroup memory in bytes; each variable's size is rounded up to a multiple of 16.
     pub workgroup_storage: u32,
-    /// The attributes of a vertex stage, by location.
+    /// The attributes of a vertex stage, by location; empty for other stages.
     pub inputs: Vec<VertexInput>,
-    /// The colours of a fragment stage, by location.
+    /// The colors of a fragment stage, by location; empty for other stages.
     pub outputs: Vec<FragmentOutput>,
-    /// Whether a fragment stage writes a second color to blend with, `@blend_src(1)`.
+    /// Whether a fragment stage writes a second blend source, `@blend_src(1)`.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub has_second_source: bool,
     /// Whether a fragment stage writes `frag_depth`.
     pub writes_depth: bool,
-    /// Whether it is certain to write every texel in a full-screen pass: a vertex stage makes one triangle that holds
-    /// all of clip space, a fragment stage neither discards nor masks.
+    /// Whether the stage is proven to write every texel of a full-screen pass. A vertex stage emits one triangle that
+    /// contains clip space; a fragment stage neither discards nor writes a sample mask.
     #[serde(skip)]
     pub covers: bool,
-    /// The locations passed between vertex and fragment stage: written by the one, read by the other.
+    /// The locations of inter-stage variables: outputs of a vertex stage, inputs of a fragment stage.
     pub varyings: Vec<u32>,
-    /// Group and binding of each binding that it uses, in order.
+    /// The used bindings as sorted pairs of group and binding.
     pub bindings: Vec<(u32, u32)>,
-    /// Texture and sampler that are sampled together, each as group and binding, in order.
+    /// The textures and samplers that are sampled together, each as group and binding, in sorted order.
     pub sampling_pairs: Vec<((u32, u32), (u32, u32))>,
 }
 
-/// Workgroup sizes by entry point, where overrides decide them.
+/// The workgroup sizes of entry points by name, computed after overrides have values.
 pub(crate) type WorkgroupSizes = BTreeMap<String, [u32; 3]>;
 
 pub(super) fn entry_points(module: &Module, info: &ModuleInfo, sizes: &WorkgroupSizes) -> Vec<EntryPoint> {
@@ -181,7 +181,7 @@ fn entry_point(module: &Module, info: &ModuleInfo, sizes: &WorkgroupSizes, at: u
     })
 }
 
-/// A variable with a location that is not the second blend source of that location.
+/// An input or output with a `@location`, except for the second blend source.
 struct Located<'m> {
     name: &'m str,
     location: u32,
@@ -201,7 +201,7 @@ impl Located<'_> {
     }
 }
 
-/// The located variables, sorted by location.
+/// The variables with a location, sorted by location.
 fn located<'m>(module: &Module, bound: &[ir::Bound<'m>]) -> Vec<Located<'m>> {
     let located = |bound: &ir::Bound<'m>| {
         let naga::Binding::Location { location, blend_src: None | Some(0), .. } = *bound.binding else {

@@ -10,22 +10,22 @@ use wgpu_types::{BindingType, TextureSampleType};
 
 use super::{Binding, Reflection};
 
-/// Two variants that see a binding differently.
+/// A disagreement of two variants about a binding.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct InterfaceConflict {
-    /// The variant that was there first, by its index.
+    /// The index of the variant that declared the binding first.
     pub first: usize,
-    /// The variant that disagrees with it.
+    /// The index of the variant that contradicts the first one.
     pub second: usize,
-    /// The variable of the first.
+    /// The name of the variable in the first variant.
     pub first_name: String,
-    /// The variable of the second.
+    /// The name of the variable in the second variant.
     pub name: String,
-    /// The property that differs.
+    /// A message about the property that differs.
     pub message: String,
 }
 
-/// The bindings of all variants, by group and binding, and what they disagree about.
+/// Merges the bindings of all variants, sorted by group and binding. Also returns all disagreements.
 pub fn unite<'a>(
     variants: impl IntoIterator<Item = &'a Reflection>,
 ) -> (Vec<Binding>, Vec<InterfaceConflict>) {
@@ -71,12 +71,12 @@ pub fn unite<'a>(
     (united.into_values().map(|(_, binding)| binding).collect(), conflicts)
 }
 
-/// Whether two variants mean the same by a binding.
+/// Returns `true` if two bindings have the same group, index and name, and compatible types.
 pub(crate) fn agree(one: &Binding, other: &Binding) -> bool {
     (one.group, one.binding) == (other.group, other.binding) && merge(&mut one.clone(), other).is_ok()
 }
 
-/// The name of a type without array lengths, since layouts agree whatever a buffer holds.
+/// Returns the type name without array lengths, since buffers of different lengths have compatible layouts.
 fn of_any_length(name: &str) -> String {
     let is_length = |part: &str| part.starts_with(|first: char| first.is_ascii_digit());
     name.split(", ").filter(|part| !is_length(part)).collect::<Vec<_>>().join(", ")

@@ -3,7 +3,7 @@
 use naga::proc::Layouter;
 use naga::{ArraySize, Handle, Module, Type, TypeInner};
 
-/// The kind of a scalar.
+/// The kind of a scalar type.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum ScalarKind {
@@ -13,7 +13,7 @@ pub enum ScalarKind {
     Uint,
     /// A floating-point number.
     Float,
-    /// A boolean; never in memory that the host shares.
+    /// A boolean; never in host-shareable memory.
     Bool,
 }
 
@@ -31,9 +31,9 @@ impl ScalarKind {
 /// A scalar type.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize, serde::Deserialize)]
 pub struct Scalar {
-    /// Its kind.
+    /// The kind: integer, floating point or boolean.
     pub kind: ScalarKind,
-    /// Its size in bytes.
+    /// The size in bytes.
     pub width: u32,
 }
 
@@ -49,48 +49,47 @@ impl Scalar {
 pub enum TypeLayout {
     /// A scalar.
     Scalar {
-        /// Its type.
+        /// The scalar type.
         scalar: Scalar,
-        /// Whether it is atomic.
+        /// Whether the type is `atomic`.
         atomic: bool,
     },
     /// A vector.
     Vector {
         /// The number of components: 2, 3 or 4.
         components: u32,
-        /// Their type.
+        /// The scalar type of a component.
         scalar: Scalar,
     },
-    /// A matrix, column by column.
+    /// A matrix, stored column by column.
     Matrix {
         /// The number of columns.
         columns: u32,
         /// The number of rows.
         rows: u32,
-        /// The type of the components.
+        /// The scalar type of a component.
         scalar: Scalar,
-        /// Bytes from one column to the next.
+        /// The distance between two columns in bytes.
         stride: u32,
     },
     /// An array.
     Array {
-        /// The type of an element.
+        /// The layout of an element.
         element: Box<TypeLayout>,
-        /// The number of elements; `None` where the buffer's size decides.
+        /// The number of elements; `None` for a runtime-sized array or a length that an override decides.
         count: Option<u32>,
-        /// Bytes from one element to the next.
+        /// The distance between two elements in bytes.
         stride: u32,
     },
     /// A structure.
     Struct {
-        /// Its name in WGSL.
+        /// The name of the structure in WGSL.
         name: String,
-        /// Its members in order.
+        /// The members in the order of their declaration.
         members: Vec<Member>,
-        /// Its size in bytes, with the padding at its end, and with one element of an array at its end that the
-        /// buffer's size decides.
+        /// The size in bytes, including padding at the end. A runtime-sized array at the end counts as one element.
         size: u32,
-        /// Its alignment in bytes.
+        /// The alignment in bytes.
         align: u32,
     },
 }
@@ -98,16 +97,16 @@ pub enum TypeLayout {
 /// A member of a structure.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 pub struct Member {
-    /// Its name in WGSL.
+    /// The name of the member in WGSL.
     pub name: String,
-    /// Its first byte, from the start of the structure.
+    /// The byte offset from the start of the structure.
     pub offset: u32,
-    /// The memory layout.
+    /// The memory layout of the member.
     pub layout: TypeLayout,
 }
 
 impl TypeLayout {
-    /// The size in bytes; one element of an array whose count the buffer decides.
+    /// Returns the size in bytes. An array without a fixed count is counted as one element.
     pub fn size(&self) -> u32 {
         match self {
             TypeLayout::Scalar { scalar, .. } => scalar.width,
@@ -118,7 +117,7 @@ impl TypeLayout {
         }
     }
 
-    /// The alignment in bytes.
+    /// Returns the alignment in bytes.
     pub fn align(&self) -> u32 {
         let vector = |components: u32, scalar: &Scalar| {
             if components == 2 { 2 * scalar.width } else { 4 * scalar.width }
@@ -132,7 +131,7 @@ impl TypeLayout {
         }
     }
 
-    /// The WGSL spelling: `vec3<f32>`, `array<Light, 4>`, the name of a structure.
+    /// Returns the WGSL spelling: `vec3<f32>`, `array<Light, 4>` or the name of a structure.
     pub fn spelling(&self) -> String {
         let scalar = |scalar: &Scalar| {
             let letter = match scalar.kind {
@@ -158,7 +157,7 @@ impl TypeLayout {
         }
     }
 
-    /// The layout of a type; `None` for types that are not in memory (textures, samplers).
+    /// Returns the layout of a type; `None` for types without a memory layout, such as textures and samplers.
     pub(super) fn new(module: &Module, layouter: &Layouter, handle: Handle<Type>) -> Option<Self> {
         let ty = &module.types[handle];
         Some(match &ty.inner {

@@ -21,20 +21,20 @@ use naga::Module;
 use naga::proc::Layouter;
 use naga::valid::ModuleInfo;
 
-/// The reflection of a module.
+/// The interface of a shader module: bindings, entry points and overrides.
 #[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Reflection {
     /// The bindings that an entry point uses, by group and binding.
     pub bindings: Vec<Binding>,
-    /// The bindings that are declared and that no entry point uses.
+    /// The bindings that are declared, but used by no entry point.
     pub unused: Vec<Binding>,
     /// The entry points, by name and stage.
     pub entry_points: Vec<EntryPoint>,
-    /// The names of the pipeline-overridable constants, in order.
+    /// The names of the pipeline-overridable constants, sorted.
     pub overrides: Vec<String>,
 }
 
-/// Only what is short and what variants mostly differ in, since equal ones are looked for once per text.
+/// Hashes only the short parts that usually differ between variants. Equality still compares all of them.
 impl Hash for Reflection {
     fn hash<H: Hasher>(&self, state: &mut H) {
         for each in self.bindings.iter().chain(&self.unused) {
@@ -50,18 +50,18 @@ impl Hash for Reflection {
 }
 
 impl Reflection {
-    /// A used binding by its name.
+    /// Returns the used binding with this name, or `None`.
     pub fn binding(&self, name: &str) -> Option<&Binding> {
         self.bindings.iter().find(|binding| binding.name == name)
     }
 
-    /// An entry point by its name.
+    /// Returns the entry point with this name, or `None`.
     pub fn entry_point(&self, name: &str) -> Option<&EntryPoint> {
         self.entry_points.iter().find(|entry_point| entry_point.name == name)
     }
 }
 
-/// Reflects a validated module. `workgroup_sizes` are those after overrides have their values.
+/// Reflects a validated module. `sizes` holds the workgroup sizes after overrides have values.
 pub(crate) fn reflect(module: &Module, info: &ModuleInfo, sizes: &entry_point::WorkgroupSizes) -> Reflection {
     let mut layouter = Layouter::default();
     // The validator has just laid out the same types, so this cannot fail; without layouts there are no bindings.

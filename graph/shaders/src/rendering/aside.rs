@@ -16,12 +16,12 @@ use super::templates::TemplateSet;
 use crate::written::text_map::{Origin, Segment, Source, TextMap};
 use umbragraph_text::source::{FileId, Span};
 
-/// The first number that the library's bindings move to; WebGPU has numbers below 1000.
+/// The first binding number for moved bindings of the library; WebGPU's own numbers are below 1000.
 const FIRST: u32 = 500;
-/// The first group of the host's.
+/// The first bind group that belongs to the host's meshes.
 const HOST_GROUP: u32 = 2;
 
-/// A declaration: its group and number, the bytes of the number, and the file that it is written in.
+/// A binding declaration: group, binding number, byte range of the number, and source file.
 struct Declaration {
     group: u32,
     number: u32,
@@ -29,7 +29,7 @@ struct Declaration {
     file: FileId,
 }
 
-/// The text with the library's bindings out of the way of others.
+/// Gives other binding numbers to library bindings that collide with bindings of the author's templates.
 pub(crate) fn move_aside(set: &TemplateSet, source: Source) -> Source {
     if !set.has_own_templates() {
         return source;
@@ -68,7 +68,7 @@ fn declarations(text: &str, map: &TextMap) -> Vec<Declaration> {
     found
 }
 
-/// The number in brackets at a place, and its bytes.
+/// Parses a number in parentheses at byte offset `at`; returns the number and its byte range.
 fn number(text: &str, at: usize) -> Option<(u32, Range<usize>)> {
     let behind = text.get(at..)?.trim_start().strip_prefix('(')?.trim_start();
     let start = text.len() - behind.len();
@@ -93,7 +93,7 @@ fn group_behind(text: &str, at: usize) -> Option<u32> {
         .map(|one| one.0)
 }
 
-/// The text and its map with other bytes in some places, which are in order.
+/// Replaces byte ranges, given in ascending order, in generated WGSL and its map.
 fn replaced(source: &Source, places: &[(&Range<usize>, String)]) -> Source {
     let Source { wgsl, map } = source;
     let (mut text, mut segments) = (String::with_capacity(wgsl.len()), Vec::new());

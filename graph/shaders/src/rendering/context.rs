@@ -4,12 +4,12 @@ use minijinja::value::Value;
 
 use umbragraph_text::diagnostic::{AxisValue, AxisValues};
 
-/// A context with these values and nothing else.
+/// Creates a template context that contains only these axis values.
 pub(crate) fn fixed_context(values: &AxisValues) -> Value {
     Value::from_pairs(values.iter().map(|(name, value)| (name.as_str(), to_template_value(value))))
 }
 
-/// The value of an axis as templates see it.
+/// Converts an axis value to a value of the template engine.
 pub(crate) fn to_template_value(value: &AxisValue) -> Value {
     match value {
         AxisValue::Bool(value) => Value::from(*value),

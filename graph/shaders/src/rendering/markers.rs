@@ -20,10 +20,11 @@ use umbragraph_text::source::{FileId, Span};
 
 const OPEN: char = '\u{E000}';
 const CLOSE: char = '\u{E001}';
-/// The 256 digits of a marker's number: no case, no white space, no digit to any filter.
+/// The first of 256 private-use characters that encode a marker's number. Filters for case, white space or digits
+/// leave them unchanged.
 const FIRST_DIGIT: u32 = 0xE100;
 
-/// A map with the tags through which each piece was written, the outermost first.
+/// A map from generated WGSL to templates, with the chain of tags that wrote each piece, the outermost first.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct MarkedMap {
     pub(crate) map: TextMap,
@@ -31,7 +32,7 @@ pub(crate) struct MarkedMap {
 }
 
 impl MarkedMap {
-    /// The tags through which a byte of the generated text was written, the innermost first.
+    /// Iterates over the tags that wrote the byte at `offset`, the innermost first.
     pub(crate) fn trail(&self, offset: usize) -> impl Iterator<Item = Span> {
         self.map
             .index(offset)
@@ -41,7 +42,7 @@ impl MarkedMap {
     }
 }
 
-/// The diagnostic for a rejected text: by the plain map, or by `exact` where captured text hides the place.
+/// Returns the diagnostic for a rejection of generated WGSL. `exact` provides a precise map for captured text.
 pub(crate) fn place(
     rejection: &Rejection,
     wgsl: &str,
@@ -65,17 +66,17 @@ pub(crate) fn place(
 
 #[derive(Clone, Copy, Debug)]
 enum Mark {
-    /// Literal text from this place on.
+    /// The start of literal text: file and byte offset.
     Text(FileId, u32),
-    /// An expression begins whose end is marked too.
+    /// The start of an expression with an end marker.
     Begin(Span),
-    /// An expression begins whose end cannot be marked, since it trims what follows.
+    /// The start of an expression without an end marker, since its tag trims the following white space.
     Here(Span),
-    /// The expression ends.
+    /// The end of an expression.
     End,
 }
 
-/// Marked copies of all templates.
+/// Copies of all templates with position markers.
 #[derive(Debug)]
 pub(crate) struct MarkedTemplates {
     environment: minijinja::Environment<'static>,
@@ -83,7 +84,7 @@ pub(crate) struct MarkedTemplates {
 }
 
 impl MarkedTemplates {
-    /// Marks templates; rendering one has the given fuel.
+    /// Creates the marked copies. `fuel` limits the engine steps of one rendering; `None` means no limit.
     pub(crate) fn new(templates: &BTreeMap<String, Arc<Template>>, fuel: Option<u64>) -> Self {
         let mut marked = Self { environment: filters::environment(), marks: Vec::new() };
         marked.environment.set_fuel(fuel);
@@ -99,7 +100,7 @@ impl MarkedTemplates {
         marked
     }
 
-    /// The exact map of the variant of `template` with these values, if its text is `plain`.
+    /// Renders a variant with markers and returns the precise map; `None` if its WGSL differs from `plain`.
     pub(crate) fn map(&self, template: &str, values: &AxisValues, plain: &str) -> Option<MarkedMap> {
         guard::begin();
         let marked = self.environment.get_template(template).ok()?.render(fixed_context(values)).ok()?;

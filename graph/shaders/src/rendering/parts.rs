@@ -27,25 +27,25 @@ use crate::jinja::guard;
 use crate::written::complexity;
 use umbragraph_text::diagnostic::AxisValue;
 
-/// A source of axis values, asked as the template reads them; `None` for a name that is no axis.
+/// A source of axis values, queried when a template reads them. Returns `None` for a name that is no axis.
 pub(crate) trait Decide: Debug + Send + Sync {
     fn decide(&self, name: &str) -> Option<AxisValue>;
 }
 
-/// A template taken apart. Threads can share it.
+/// A template divided into parts whose output is cached. Thread-safe.
 #[derive(Debug, Default)]
 pub(crate) struct Parts {
     steps: Vec<Step>,
     parts: Vec<Part>,
 }
 
-/// One piece of a template, in the order of its text.
+/// One step of generating WGSL from a divided template, in source order.
 #[derive(Debug)]
 enum Step {
     Literal(String),
-    /// The index of a part.
+    /// The index of a part to render.
     Part(usize),
-    /// A branch: the part that writes something where it is taken.
+    /// A branch, taken if the part with index `condition` writes anything.
     Branch {
         condition: usize,
         then: Vec<Step>,
@@ -60,18 +60,18 @@ struct Part {
     known: Mutex<Vec<Node>>,
 }
 
-/// The next thing that a part does, after the reads that led here.
+/// A node of the decision tree of a part's reads.
 #[derive(Debug, Default)]
 enum Node {
-    /// No rendering has come here.
+    /// A node that no rendering has reached yet.
     #[default]
     Open,
-    /// A branch on the value of a name.
+    /// A read of a name: for each value, the index of the next node.
     Reads(Arc<str>, Vec<(Option<AxisValue>, usize)>),
     Writes(Arc<str>, Cost),
 }
 
-/// The share of its limits that a rendering takes.
+/// The resources that a rendering consumes: engine steps, bytes written, and work.
 #[derive(Clone, Copy, Debug, Default)]
 struct Cost {
     fuel: u64,
@@ -80,12 +80,13 @@ struct Cost {
 }
 
 impl Parts {
-    /// Splits a template into parts; `None` for one that cannot be split.
+    /// Divides a template into parts; `None` if the template cannot be divided.
     pub(crate) fn of(set: &TemplateSet, template: &str) -> Option<Self> {
         divide::divide(set, template)
     }
 
-    /// The text of the template with the values that `decide` gives; `None` where it has to be rendered as a whole.
+    /// Joins the parts with the values from `decide`. `None` on an error or an exceeded limit: the caller then renders
+    /// the whole template.
     pub(crate) fn render(&self, set: &TemplateSet, decide: &Arc<dyn Decide>) -> Option<String> {
         let mut text = String::with_capacity(1 << 15);
         let mut cost = Cost::default();
@@ -145,7 +146,7 @@ impl Part {
         is_within.then_some(text)
     }
 
-    /// Renders the part, and remembers what it reads and writes.
+    /// Renders the part and caches its reads and output.
     fn render(&self, set: &TemplateSet, decide: &Arc<dyn Decide>) -> Option<(Arc<str>, Cost)> {
         let reads = Arc::new(Recorder { decide: decide.clone(), reads: Mutex::default() });
         let template = set.environment.template_from_named_str(&self.template, &self.source).ok()?;
@@ -186,7 +187,7 @@ impl Part {
     }
 }
 
-/// The context of rendering one part: notes each name when it is first read.
+/// A template context that records each name when it is first read.
 #[derive(Debug)]
 struct Recorder {
     decide: Arc<dyn Decide>,

@@ -7,7 +7,8 @@ use minijinja::Environment;
 
 use crate::jinja::template::Template;
 
-/// The texts of all templates, in the order of their addresses in memory.
+/// The sources of all templates, sorted by memory address. Literal text that the engine writes is found by its
+/// address.
 #[derive(Debug)]
 pub(crate) struct Placement(Vec<Placed>);
 
@@ -32,12 +33,12 @@ impl Placement {
         Self(placed)
     }
 
-    /// The template at an index that [`Self::locate`] gave.
+    /// Returns the template at an index from [`Self::locate`].
     pub(crate) fn template(&self, at: usize) -> &Template {
         &self.0[at].template
     }
 
-    /// The template that a literal text is part of, and its offset there.
+    /// Finds the template that contains these bytes in memory: its index and the byte offset; `None` for other bytes.
     pub(crate) fn locate(&self, bytes: &[u8]) -> Option<(usize, usize)> {
         let address = bytes.as_ptr() as usize;
         let at = self.0.partition_point(|placed| placed.address <= address).checked_sub(1)?;

@@ -23,10 +23,10 @@ use crate::written::text_map::{Origin, Segment, Source, TextMap};
 use umbragraph_text::diagnostic::{AxisValues, Diagnostic};
 use umbragraph_text::source::{FileId, Span};
 
-/// Renders a template with the values of all its axes; with the text come the axes that were read.
+/// Renders a template with the values of all its axes. Also returns the names of the axes that were read.
 ///
 /// # Errors
-/// The error in the template, with its place.
+/// Errors of the template, with their places.
 pub(crate) fn render(
     set: &TemplateSet,
     name: &str,
@@ -55,18 +55,18 @@ pub(crate) fn render(
     }
 }
 
-/// Whether a diagnostic is about the call of an undeclared name, which has a diagnostic of its own.
+/// Returns `true` if a diagnostic concerns the call of an undeclared name, which is already reported.
 pub(crate) fn calls_one_of(undeclared: &[Diagnostic], diagnostic: &Diagnostic) -> bool {
     let start = |diagnostic: &Diagnostic| diagnostic.span().map(|span| (span.file, span.start));
     undeclared.iter().any(|name| start(name) == start(diagnostic))
 }
 
-/// Renders a template with these values and nothing else; `None` where it fails.
+/// Renders a template with only these axis values; `None` on an error.
 pub(crate) fn render_fixed(set: &TemplateSet, name: &str, values: &AxisValues) -> Option<Source> {
     render_with(set, name, fixed_context(values)).ok()
 }
 
-/// Renders a template with a context object.
+/// Renders a template with a context object that provides the axis values.
 pub(crate) fn render_with(set: &TemplateSet, name: &str, context: Value) -> Result<Source, Box<Diagnostic>> {
     let Some(template) = set.templates.get(name) else {
         return Err(Box::new(set.unknown(name, umbragraph_text::diagnostic::Place::Nowhere)));
@@ -132,16 +132,16 @@ struct Sink<'p> {
     placement: &'p Placement,
     text: Vec<u8>,
     segments: Vec<Segment>,
-    /// The template of the last literal text, and the offset after it.
+    /// The index of the template that wrote the last literal text, and the byte offset after this text.
     last: Option<(usize, usize)>,
-    /// The number of tags after `last` that have already written something.
+    /// The number of pieces that tags have written since `last`.
     written: usize,
     overflow: Option<Overflow>,
 }
 
-/// The template that wrote most of a text that is too large.
+/// The template with the largest share of WGSL that exceeds the size limit.
 struct Overflow {
-    /// The piece that did not fit, if it is that template's, or else its largest.
+    /// The place of the piece that exceeded the limit, or of the template's largest piece.
     span: Span,
     bytes: usize,
 }
@@ -182,7 +182,7 @@ impl<'p> Sink<'p> {
         }))
     }
 
-    /// The origin of a piece of text.
+    /// Returns the origin of a written piece: literal text or a tag.
     fn origin(&mut self, bytes: &[u8]) -> Option<Origin> {
         let Some((at, offset)) = self.placement.locate(bytes) else { return self.origin_of_expression() };
         let template = self.placement.template(at);
@@ -192,7 +192,7 @@ impl<'p> Sink<'p> {
         Some(Origin::Literal(template.file, template.prepared.original(offset) as u32))
     }
 
-    /// The template that wrote most of the text, with a last piece that does not fit.
+    /// Returns the template that wrote the most bytes, including the piece that exceeds the limit.
     fn find_overflow(&self, origin: Option<Origin>, bytes: usize) -> Option<Overflow> {
         let span = |origin: Origin| match origin {
             Origin::Literal(file, offset) => Span::new(file, offset as usize..offset as usize),
@@ -245,7 +245,7 @@ impl io::Write for Sink<'_> {
     }
 }
 
-/// The diagnostics for names that were looked up and are neither axes nor bound by any template.
+/// Returns errors for names that templates read, but that are neither axes nor assigned by a template.
 pub(crate) fn undeclared_names(set: &TemplateSet, root: &str, unknown: &BTreeSet<String>) -> Vec<Diagnostic> {
     let candidates: Vec<&String> =
         unknown.iter().filter(|name| !filters::FUNCTIONS.contains(&name.as_str())).collect();

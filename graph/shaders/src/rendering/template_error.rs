@@ -15,7 +15,8 @@ use crate::jinja::{filters, guard, syntax_help};
 use umbragraph_text::diagnostic::{Code, Diagnostic, Place, list_of};
 use umbragraph_text::source::Span;
 
-/// A rendering of `root` that failed. `last` is where literal text was written last, for errors that know no place.
+/// Returns the diagnostic for a failed rendering of `root`. `last` is the place of the last literal text, for errors
+/// without a place.
 pub(crate) fn explain(set: &TemplateSet, root: &str, error: &Error, last: Option<Span>) -> Diagnostic {
     let chain = chain(error);
     let placed: Vec<(&Error, Span)> =
@@ -87,13 +88,13 @@ fn span(set: &TemplateSet, error: &Error) -> Option<Span> {
     Some(Span::new(template.file, syntax_help::range(template, error)?))
 }
 
-/// The template that an error says does not exist.
+/// The name of the missing template that an error reports; `None` for other errors.
 fn missing(error: &Error) -> Option<&str> {
     let is_missing = error.kind() == ErrorKind::TemplateNotFound;
     error.detail().filter(|_| is_missing)?.split(['"', '\'']).nth(1)
 }
 
-/// The filter, test or function that an error says does not exist, and those that do.
+/// The unknown filter, test or function that an error reports, with the known names; `None` for other errors.
 fn unknown_function(error: &Error) -> Option<(&str, &'static [&'static str])> {
     let known = match error.kind() {
         ErrorKind::UnknownFilter => filters::FILTERS,
@@ -106,7 +107,7 @@ fn unknown_function(error: &Error) -> Option<(&str, &'static [&'static str])> {
     Some((detail.rsplit(' ').next()?, known))
 }
 
-/// The span of a name or quoted text, if it is the only such word in the tags at a place.
+/// The span of a token with this content in the tags at a place; `None` unless there is exactly one.
 fn word(template: &Template, place: Span, kind: WordKind, text: &str) -> Option<Span> {
     let at = place.range();
     let tags = template.scan.tags.iter().filter(|tag| tag.range.start <= at.end && at.start < tag.range.end);
@@ -134,7 +135,7 @@ fn recursive(placed: &[(&Error, Span)], place: Place) -> (String, Place, &'stati
     (message, place, "call it under a condition that ends, or not at all")
 }
 
-/// The way out of an exceeded limit.
+/// Help for templates that exceed a limit.
 const LIMIT_HELP: &str = "shorten its loops and texts; large tables belong in buffers or textures";
 
 fn describe(error: &Error) -> (Code, String, Option<String>) {

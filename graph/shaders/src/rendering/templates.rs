@@ -26,25 +26,25 @@ use crate::jinja::{comparisons, filters, guard, length, syntax_help, tree};
 use umbragraph_text::diagnostic::{Diagnostic, Diagnostics, Place, list_of};
 use umbragraph_text::source::{FileId, Sources, Span};
 
-/// The endings of the names of template files.
+/// The file-name endings of templates and of their axis declarations.
 pub const TEMPLATE_ENDS: [&str; 2] = [".jinja", ".axes.json"];
 
-/// Templates by name, with their axes.
+/// A set of templates by name, with their axes.
 #[derive(Debug)]
 pub struct TemplateSet {
     pub(crate) environment: Environment<'static>,
     pub(crate) templates: BTreeMap<String, Arc<Template>>,
     declarations: BTreeMap<String, axes::Declaration>,
-    /// The texts of the declarations.
+    /// The JSON source of the axis declarations, keyed by template name without its ending.
     declared: BTreeMap<String, Arc<str>>,
-    /// The axes of each template with the inherited ones, resolved for all templates on first use.
+    /// The axes of each template, including inherited ones; computed on first use.
     resolved: OnceLock<BTreeMap<String, Resolved>>,
-    /// The addresses of the texts in memory, computed on first use.
+    /// The memory addresses of the template sources; computed on first use.
     placement: OnceLock<Placement>,
-    /// The templates with markers, made on first use.
+    /// Copies of the templates with position markers; created on first use.
     marked: OnceLock<MarkedTemplates>,
     longest_literal: usize,
-    /// The library's templates: their bindings are renumbered when they collide with an author's.
+    /// The files of the library's templates. Their bindings get other numbers if they collide with an author's.
     pub(super) library: BTreeSet<FileId>,
 }
 
@@ -61,7 +61,7 @@ impl Default for TemplateSet {
 }
 
 impl TemplateSet {
-    /// No templates yet.
+    /// Creates an empty set.
     pub fn new() -> Self {
         Self {
             environment: filters::environment(),
@@ -76,14 +76,14 @@ impl TemplateSet {
         }
     }
 
-    /// Adds a template, or the axes of one where the name ends in `.axes.json`. Diagnostics name the file as `name`.
+    /// Adds a template, or a declaration of axes if `name` ends in `.axes.json`. Diagnostics show the file as `name`.
     pub fn add(&mut self, sources: &mut Sources, name: &str, text: &str, diagnostics: &mut Diagnostics) {
         let file = sources.add(name, text);
         self.add_file(sources, file, name, diagnostics);
     }
 
-    /// Adds a registered text of a library: its bindings give way to those of other templates that take the same
-    /// numbers.
+    /// Adds a library template from a file in `sources`. Its bindings get other numbers if they collide with bindings
+    /// of other templates.
     pub fn add_library_file(
         &mut self,
         sources: &Sources,
@@ -99,12 +99,13 @@ impl TemplateSet {
         self.library.contains(&file)
     }
 
-    /// Whether there is a library, and templates that are not of it.
+    /// Returns `true` if the set contains library templates and other templates.
     pub(crate) fn has_own_templates(&self) -> bool {
         !self.library.is_empty() && self.templates.values().any(|one| !self.is_of_library(one.file))
     }
 
-    /// Adds a registered text under a name of its own: a file that diagnostics show by its path.
+    /// Adds a template from a file in `sources`. Diagnostics show the file's path, and templates refer to it as
+    /// `name`.
     pub fn add_file(&mut self, sources: &Sources, file: FileId, name: &str, diagnostics: &mut Diagnostics) {
         let Some(text) = sources.get(file).map(|source| source.text().clone()) else { return };
         let twice = || {
@@ -131,8 +132,8 @@ impl TemplateSet {
         self.changed();
     }
 
-    /// Notes that a template, or the axes of one, cannot be read: whatever uses it gets this diagnostic, and not that
-    /// there is no such template.
+    /// Adds a template or a declaration of axes that cannot be read. Its users report `diagnostic` instead of a
+    /// missing template.
     pub fn add_unreadable(
         &mut self,
         sources: &mut Sources,
@@ -188,33 +189,33 @@ impl TemplateSet {
         template
     }
 
-    /// The names of the templates in order.
+    /// Iterates over the names of the templates in alphabetical order.
     pub fn names(&self) -> impl Iterator<Item = &str> {
         self.templates.keys().map(String::as_str)
     }
 
-    /// The text of a template as a registered file.
+    /// The source file of a template; `None` if there is no such template.
     pub fn file(&self, template: &str) -> Option<FileId> {
         self.templates.get(template).map(|template| template.file)
     }
 
-    /// The declaration beside a template as a registered file; `None` for a template without one.
+    /// The source file of a template's axis declaration; `None` for a template without one.
     pub fn axes_file(&self, template: &str) -> Option<FileId> {
         self.declarations.get(stem(template)).map(|declared| declared.file)
     }
 
-    /// The axes of a template, its own and the inherited ones; none for a template without a side file. `None` if there
-    /// is no such template.
+    /// Returns the axes of a template, including inherited ones. Empty for a template without a declaration of axes;
+    /// `None` if there is no such template.
     pub fn axes(&self, template: &str) -> Option<&Axes> {
         self.resolved().get(template).map(|found| &found.axes)
     }
 
-    /// The text of the declaration beside a template, and its file.
+    /// The source file of a template's axis declaration and its JSON. The JSON is `None` if the file is unreadable.
     pub(super) fn declared_text(&self, template: &str) -> Option<(FileId, Option<&Arc<str>>)> {
         Some((self.axes_file(template)?, self.declared.get(stem(template))))
     }
 
-    /// The templates whose axes one inherits, as far as there are such.
+    /// Iterates over the existing templates from which a template inherits axes directly.
     pub(super) fn inherited(&self, template: &str) -> impl Iterator<Item = &str> {
         let inherits = self.declarations.get(stem(template)).map(|declared| &declared.axes.inherits);
         let known =
@@ -222,14 +223,14 @@ impl TemplateSet {
         inherits.into_iter().flatten().filter_map(known)
     }
 
-    /// The names of the axes of some templates.
+    /// Returns the names of the axes of all templates whose name satisfies `wanted`.
     pub fn axes_of(&self, wanted: impl Fn(&str) -> bool) -> BTreeSet<&str> {
         let wanted = self.names().filter(|name| wanted(name));
         wanted.filter_map(|name| self.axes(name)).flat_map(Axes::names).collect()
     }
 
-    /// Errors in the axes of a template that prevent its rendering: errors that involve other files, and declarations
-    /// that do not define their axis.
+    /// Returns the errors in the axes of a template that prevent its rendering, such as conflicts with inherited axes
+    /// and invalid declarations.
     pub(crate) fn axes_diagnostics(&self, template: &str) -> Vec<Diagnostic> {
         let found = self.resolved().get(template);
         found
@@ -239,12 +240,12 @@ impl TemplateSet {
             .collect()
     }
 
-    /// Whether a template has axes whose declaration does not define them.
+    /// Returns `true` if the declaration of at least one axis of the template is invalid.
     pub fn has_lost_axes(&self, template: &str) -> bool {
         self.axes(template).is_some_and(|axes| !axes.lost.diagnostics.is_empty())
     }
 
-    /// The diagnostic for a name that is no template of this set.
+    /// Returns the diagnostic for a name that is no template of this set.
     pub fn unknown(&self, name: &str, place: impl Into<Place>) -> Diagnostic {
         let diagnostic =
             Diagnostic::error(codes::TEMPLATE_UNKNOWN, place, format!("there is no template \"{name}\""));
@@ -255,7 +256,7 @@ impl TemplateSet {
         ))
     }
 
-    /// Adds the template that was meant by a name to a diagnostic at the name; nothing means the template `itself`.
+    /// Adds a suggestion for a misspelt template name to a diagnostic. The template `itself` is never suggested.
     fn suggest(&self, diagnostic: Diagnostic, name: &str, itself: Option<&str>) -> Diagnostic {
         let written = diagnostic.span();
         let names = self.names().filter(|name| Some(*name) != itself);
@@ -265,8 +266,9 @@ impl TemplateSet {
         })
     }
 
-    /// Checks how the texts fit together: side files without a template, inherited templates that do not exist,
-    /// declarations that disagree, defaults that break a constraint, comparisons of axes with what they never are.
+    /// Checks the consistency of the set: declarations of axes without a template, missing inherited templates,
+    /// conflicting declarations, contradictory constraints, defaults that violate constraints, and impossible
+    /// comparisons.
     pub fn check(&self, diagnostics: &mut Diagnostics) {
         let templates: BTreeSet<&str> = self.names().map(stem).collect();
         for (name, declared) in &self.declarations {
@@ -308,8 +310,8 @@ impl TemplateSet {
         })
     }
 
-    /// The axes that a template declares and inherits. Every template is worked out once; a template that inherits
-    /// itself in a cycle gets what is known so far.
+    /// Collects the axes that a template declares and inherits. Results are cached in `done`; a cycle of inheritance
+    /// ends with the axes known so far.
     fn collect<'s>(
         &'s self,
         name: &'s str,
@@ -345,14 +347,14 @@ impl TemplateSet {
     }
 }
 
-/// The diagnostic for constraints that leave no configuration at all.
+/// The diagnostic for constraints that leave no combination of values; `None` if there is one.
 fn clash(template: &str, axes: &Axes) -> Option<Diagnostic> {
     let clash = Space::new(axes, &BTreeMap::new()).clash();
     let message = format!("the constraints of \"{template}\" leave no configuration");
     Some(contradiction(&clash, clash.first()?.span, message))
 }
 
-/// The diagnostic for a smallest set of constraints that leave no configuration.
+/// The diagnostic for a minimal set of constraints that leave no combination of values.
 pub(crate) fn contradiction(clash: &[Constraint], place: impl Into<Place>, message: String) -> Diagnostic {
     let diagnostic = Diagnostic::error(codes::CONSTRAINTS_CONTRADICT, place, message)
         .help("without any one of these constraints there would be a configuration");

@@ -13,11 +13,11 @@ use super::templates::TemplateSet;
 use crate::jinja::scan::{Tag, WordKind};
 use crate::jinja::template::Template;
 
-/// The tags that name other templates.
+/// The keywords of template tags that refer to other templates by name.
 const NAMING: [&str; 4] = ["include", "import", "from", "extends"];
 
 impl TemplateSet {
-    /// The templates whose variants are those of the set before.
+    /// Returns the templates whose variants are the same as in the set `before`.
     pub fn unchanged_since(&self, before: &Self) -> BTreeSet<&str> {
         if self.library != before.library
             || self.environment.fuel() != before.environment.fuel()
@@ -56,7 +56,7 @@ impl TemplateSet {
         }
     }
 
-    /// The templates that one names; `None` where an expression names one.
+    /// The templates that a template refers to directly; `None` if an expression computes one of the names.
     fn needed<'s>(&'s self, name: &str, template: &'s Template) -> Option<BTreeSet<&'s str>> {
         let mut needed: BTreeSet<&str> = self.inherited(name).collect();
         let text = &*template.text;
@@ -68,7 +68,7 @@ impl TemplateSet {
     }
 }
 
-/// The one template that a tag names by a plain text; `None` where an expression names it.
+/// The template name that a tag contains as a string literal; `None` if an expression computes the name.
 fn named<'t>(tag: &Tag, text: &'t str) -> Option<&'t str> {
     let name = tag.words.get(1).filter(|word| word.kind == WordKind::Text)?;
     let is_plain = match (tag.keyword(text), tag.word(text, 2)) {

@@ -13,7 +13,7 @@ use crate::codes;
 use crate::written::ir;
 use crate::written::rejection::Rejection;
 
-/// The variable or argument that a pointer is derived from.
+/// The variable or pointer argument that a pointer is derived from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum Root {
     Argument(u32),
@@ -21,13 +21,13 @@ pub(crate) enum Root {
     Global(Handle<GlobalVariable>),
 }
 
-/// Whether a root is written; otherwise it is only read.
+/// `true` if the variable or argument is written, `false` if it is only read.
 pub(crate) type Written = bool;
 
-/// The accesses of a function to its pointer arguments and to module variables.
+/// The accesses of a function to its pointer arguments and to module-scope variables.
 pub(crate) type Uses = HashMap<Root, Written>;
 
-/// The accesses of each function, and the calls of a module that break the rule.
+/// Returns the accesses of each function, and rejections of the calls that violate WGSL's aliasing rule.
 pub(crate) fn analysis(module: &Module) -> (HashMap<Handle<Function>, Uses>, Vec<Rejection>) {
     let mut known: HashMap<Handle<Function>, Uses> = HashMap::new();
     let mut rejections = Vec::new();
@@ -43,8 +43,8 @@ pub(crate) fn analysis(module: &Module) -> (HashMap<Handle<Function>, Uses>, Vec
     (known, rejections)
 }
 
-/// Accesses to pointer arguments in an order of their own. Those to variables of the module matter to callers that pass
-/// pointers to such variables; modules with such pointers are judged as a whole.
+/// A sorted string of the accesses to pointer arguments. Accesses to module-scope variables are left out, since
+/// modules with pointers to such variables are validated as a whole.
 pub(crate) fn digest(uses: &Uses) -> String {
     let of_argument = |(root, is_written): (&Root, &Written)| match root {
         Root::Argument(at) => Some(format!("{at} {is_written}")),

@@ -13,7 +13,7 @@ use crate::codes;
 use crate::written::ir;
 use crate::written::rejection::Rejection;
 
-/// The ways in which control leaves a statement.
+/// The ways in which control flow can leave a statement: WGSL's "behavior".
 #[derive(Clone, Copy, Default)]
 struct Behavior {
     next: bool,
@@ -35,7 +35,7 @@ impl Behavior {
     }
 }
 
-/// The violations of a module, of nested loops the innermost first.
+/// Returns the violations in a module. For nested loops, the innermost comes first.
 pub(crate) fn found(module: &Module) -> Vec<Rejection> {
     ir::functions(module).flat_map(of_function).collect()
 }

@@ -21,7 +21,7 @@ use crate::codes;
 use crate::written::ir;
 use crate::written::rejection::Rejection;
 
-/// The calls of a module with constants that their functions do not take.
+/// Returns rejections of calls whose constant arguments are outside the function's domain.
 pub(crate) fn found(module: &Module) -> Vec<Rejection> {
     let globals = module.global_expressions.iter().filter_map(|(handle, expression)| {
         let (message, help) = infinite(expression)?;
@@ -35,7 +35,7 @@ pub(crate) fn found(module: &Module) -> Vec<Rejection> {
     globals.chain(in_functions).collect()
 }
 
-/// The reason to reject a half that is infinite: naga looks at literals, not at what conversions give.
+/// The message and the help for an infinite `f16` literal, which naga accepts as the result of a conversion.
 fn infinite(expression: &Expression) -> Option<(String, &'static str)> {
     let Expression::Literal(Literal::F16(value)) = expression else { return None };
     let is_infinite = !f32::from(*value).is_finite();
@@ -44,7 +44,7 @@ fn infinite(expression: &Expression) -> Option<(String, &'static str)> {
     })
 }
 
-/// The constants of a function.
+/// An evaluator for the constants in a function.
 pub(super) struct Constants<'m> {
     pub(super) module: &'m Module,
     pub(super) function: &'m Function,
@@ -141,7 +141,7 @@ impl Constants<'_> {
         })
     }
 
-    /// The components of a constant of the function.
+    /// The components of a constant; `None` if the expression is not constant or was named by `let`.
     pub(super) fn values(&self, handle: Handle<Expression>) -> Option<Vec<f64>> {
         self.literals(&self.function.expressions, handle)?.into_iter().map(number).collect()
     }
@@ -173,7 +173,7 @@ impl Constants<'_> {
     }
 }
 
-/// The first value that no f32 holds.
+/// The message and the help for the first value outside the range of `f32`; `None` if all fit.
 fn overflow(function: &str, mut values: impl Iterator<Item = f64>) -> Option<(String, &'static str)> {
     let value = values.find(|value| value.abs() > f64::from(f32::MAX))?;
     Some((
@@ -182,7 +182,7 @@ fn overflow(function: &str, mut values: impl Iterator<Item = f64>) -> Option<(St
     ))
 }
 
-/// Products and sums of the determinant of a square matrix by its columns, the last of which is the value.
+/// The intermediate products and sums of a determinant, its value last. `values` is a square matrix, column by column.
 fn determinant_steps(values: &[f64]) -> impl Iterator<Item = f64> {
     let side = values.len().isqrt();
     let mut steps = Vec::new();
@@ -190,7 +190,7 @@ fn determinant_steps(values: &[f64]) -> impl Iterator<Item = f64> {
     steps.into_iter()
 }
 
-/// The determinant by its first column; every product and sum is noted.
+/// Expands a determinant along its first column. Adds every intermediate product and sum to `steps`.
 fn expand(values: &[f64], side: usize, steps: &mut Vec<f64>) -> f64 {
     if side <= 1 {
         return values.first().copied().unwrap_or_default();

@@ -17,7 +17,7 @@ use crate::written::rejection::{Excess, Rejection, Scope};
 use crate::written::stages;
 use umbragraph_text::diagnostic::list_of;
 
-/// Every limit of the profile that the module exceeds.
+/// Returns a rejection for each limit of the profile that the module exceeds.
 pub(crate) fn exceeded(
     text: &str,
     module: &Module,
@@ -40,7 +40,7 @@ pub(crate) fn exceeded(
     check.found
 }
 
-/// A kind of binding of which a stage has a limited number.
+/// A kind of binding whose number per shader stage is limited.
 struct Kind {
     what: &'static str,
     allowed: u32,
@@ -71,13 +71,13 @@ fn kinds(profile: &TargetProfile, stage: Stage) -> [Kind; 5] {
     ]
 }
 
-/// The number of resources, each element of an array for itself.
+/// Counts bindings; each element of a binding array counts as one.
 fn count<'a>(entries: impl Iterator<Item = &'a BindGroupLayoutEntry>) -> u64 {
     entries.map(|entry| entry.count.map_or(1, |count| u64::from(count.get()))).sum()
 }
 
-/// Resources of a layout that exceed the profile's limits for one stage. The layout is the union over variants, so it
-/// can exceed a limit that each variant meets.
+/// Returns messages for the limits per stage that a bind-group layout exceeds. The layout is the union over variants,
+/// and can exceed limits that each variant meets.
 pub fn exceeded_by_layout<'a>(
     entries: impl Iterator<Item = &'a BindGroupLayoutEntry> + Clone,
     profile: &TargetProfile,
@@ -96,8 +96,8 @@ pub fn exceeded_by_layout<'a>(
     found
 }
 
-/// Whether the bindings of each stage are no more than a profile guarantees, and none of them stands at the place of
-/// another: all that limits ask of what several declarations use together.
+/// Returns `true` if each stage meets the profile's limits on bindings, and no two of its bindings share group and
+/// index. GLSL also requires one sampler per texture.
 pub(crate) fn fits(reflection: &Reflection, profile: &TargetProfile) -> bool {
     reflection.entry_points.iter().all(|entry_point| {
         let is_used = |binding: &&Binding| entry_point.bindings.contains(&(binding.group, binding.binding));
@@ -124,8 +124,8 @@ struct Check<'a> {
 }
 
 impl Check<'_> {
-    /// Notes what goes beyond a limit; what has one cause with other excesses is `of` one thing. No place is worked out
-    /// for what is within its limit.
+    /// Adds a rejection if `found` exceeds `allowed`. Excesses with the same `of` have one root cause. `span` is only
+    /// called for a rejection.
     fn over(
         &mut self,
         span: &dyn Fn(&Self) -> Span,
@@ -154,20 +154,21 @@ impl Check<'_> {
         stages::entry_point(self.text, &entry_point.name).map_or(Span::UNDEFINED, Span::from)
     }
 
-    /// The attribute that sets the workgroup size.
+    /// The span of the `@workgroup_size` attribute, or else of the entry point.
     fn span_of_workgroup_size(&self, entry_point: &EntryPoint) -> Span {
         stages::workgroup_size(self.text, &entry_point.name)
             .map_or_else(|| self.span_of_entry_point(entry_point), Span::from)
     }
 
-    /// The first inter-stage variable beyond the allowed number, or the last of all.
+    /// The span of the first inter-stage variable that exceeds the limit. If there is none, the last variable; else
+    /// the entry point.
     fn span_of_variable(&self, entry_point: &EntryPoint, entry: &naga::EntryPoint, allowed: u64) -> Span {
         stages::variable_beyond(self.text, self.module, entry, allowed)
             .map_or_else(|| self.span_of_entry_point(entry_point), Span::from)
     }
 
-    /// The number of inter-stage variables that built-in values take. A fragment input other than the position takes
-    /// one; four clip distances of a vertex stage take one.
+    /// The number of inter-stage variables used by built-in values. Fragment inputs except the position count as one,
+    /// barycentric coordinates as three, and each four clip distances as one.
     fn built_in_variables(&self, entry: &naga::EntryPoint) -> u64 {
         let is_fragment = entry.stage == ShaderStage::Fragment;
         let between = match is_fragment {

@@ -27,7 +27,7 @@ use crate::written::ir;
 use crate::written::rejection::Rejection;
 use crate::written::tokens::{Tokens, is_name};
 
-/// Rejects the first expression of a module that naga reads in another way.
+/// Rejects the first expression of a module that naga interprets differently from the WGSL specification.
 pub(crate) fn check(tokens: &Tokens<'_>, module: &Module) -> Result<(), Rejection> {
     (0..tokens.ranges.len()).try_for_each(|at| shift(tokens, at))?;
     let constants = untyped::constants(tokens);
@@ -52,11 +52,11 @@ pub(crate) fn check(tokens: &Tokens<'_>, module: &Module) -> Result<(), Rejectio
     })
 }
 
-/// A number that is taken for an `i32`, and the way out.
+/// The message and the help for a number without suffix that exceeds the range of `i32`.
 const WITHOUT_SUFFIX: (&str, &str) =
     ("a number without a suffix is an i32, which does not hold this", "add the suffix \"u\"");
 
-/// Whether a place lies in one of several.
+/// Returns `true` if a place is inside one of several byte ranges.
 fn is_within(ranges: &[Range<usize>], place: Span) -> bool {
     let is_in =
         |place: &Range<usize>, range: &Range<usize>| range.start <= place.start && place.end <= range.end;
@@ -189,7 +189,7 @@ impl<'a> Check<'a> {
         range.and_then(|range| self.tokens.text.get(range)).unwrap_or_default()
     }
 
-    /// Whether a constant, or a component of it, is beyond `i32`.
+    /// Returns `true` if a constant, or one of its components, exceeds the range of `i32`.
     fn is_large(&self, handle: Handle<Expression>) -> bool {
         match &self.function.expressions[handle] {
             Expression::Literal(Literal::U32(value)) => *value > i32::MAX.cast_unsigned(),
@@ -199,7 +199,7 @@ impl<'a> Check<'a> {
         }
     }
 
-    /// Whether a constant, or a component of it, is beyond `i32` and written without a suffix.
+    /// Returns `true` if a constant, or one of its components, exceeds the range of `i32` and has no suffix.
     fn is_large_without_suffix(&self, handle: Handle<Expression>) -> bool {
         match &self.function.expressions[handle] {
             Expression::Literal(Literal::U32(value)) => {
@@ -213,7 +213,7 @@ impl<'a> Check<'a> {
         }
     }
 
-    /// The first token of the arguments of a call.
+    /// The index of the first token in a call's argument list; `None` if the expression is no call.
     fn argument(&self, handle: Handle<Expression>) -> Option<usize> {
         let range = self.function.expressions.get_span(handle).to_range()?;
         let call = self.tokens.ranges.partition_point(|token| token.start < range.start);
@@ -246,7 +246,7 @@ impl<'a> Check<'a> {
         has_atomics && !self.is_atomic(pointer)
     }
 
-    /// The bits of the type to which a bit cast is written.
+    /// The size in bits of the target type of a bit cast; `None` if the type is not recognized.
     fn bits_of_cast(&self, handle: Handle<Expression>) -> Option<u32> {
         let range = self.function.expressions.get_span(handle).to_range()?;
         let first = self.tokens.ranges.partition_point(|token| token.start < range.start);
@@ -281,7 +281,7 @@ fn reject(message: &str, help: &str, place: Span) -> Rejection {
     Rejection::new(codes::WGSL_INVALID, message, place).help(help)
 }
 
-/// Rejects a shift of two numbers without suffixes beyond all integers: naga leaves bits out.
+/// Rejects a shift of two numbers without suffix whose result exceeds all integer types; naga drops the excess bits.
 fn shift(tokens: &Tokens<'_>, at: usize) -> Result<(), Rejection> {
     if tokens.word(at) != "<<" || at < 3 {
         return Ok(());

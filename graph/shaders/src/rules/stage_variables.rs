@@ -17,7 +17,7 @@ use crate::codes;
 use crate::written::ir;
 use crate::written::rejection::{Rejection, Scope};
 
-/// The first variables of each kind that a function mentions, itself or through others.
+/// The first workgroup variable and the first writable variable that a function or its callees mention.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Mentions {
     workgroup: Option<Handle<GlobalVariable>>,
@@ -25,13 +25,13 @@ pub(crate) struct Mentions {
 }
 
 impl Mentions {
-    /// The text that identifies what entry points see of the function.
+    /// A string of these properties, for comparing summaries of functions.
     pub(crate) fn digest(self) -> String {
         format!("{} {}", self.workgroup.is_some(), self.writable.is_some())
     }
 }
 
-/// The mentions of each function.
+/// Returns the mentioned variables of each function.
 pub(crate) fn analysis(module: &Module) -> HashMap<Handle<Function>, Mentions> {
     let mut known = HashMap::new();
     for (handle, function) in module.functions.iter() {
@@ -41,7 +41,7 @@ pub(crate) fn analysis(module: &Module) -> HashMap<Handle<Function>, Mentions> {
     known
 }
 
-/// Entry points with variables or inputs that their stage cannot have.
+/// Returns rejections of entry points with variables or inputs that their stage does not allow.
 pub(crate) fn found(module: &Module) -> Vec<Rejection> {
     let known = analysis(module);
     let mut found = Vec::new();

@@ -17,18 +17,18 @@ use super::uses::{self, Uses};
 use super::{aliasing, stage_variables, uniformity};
 use crate::written::rejection::Rejection;
 
-/// The summary of a function.
+/// The properties of a function that affect its callers.
 #[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Summary {
-    /// The summary as text; two texts are equal exactly if the summaries are.
+    /// The properties as a string; two strings are equal exactly if the properties are equal.
     pub(crate) text: String,
     pub(crate) uses: Uses,
     pub(crate) branches: Branches,
     pub(crate) cost: Spent<String>,
 }
 
-/// The summaries of the functions and entry points of a validated module by name, and violations of rules of WGSL that
-/// naga does not check; browsers reject such modules.
+/// Returns the summaries of a validated module's functions and entry points by name. Also returns violations of WGSL
+/// rules that naga does not check.
 pub(crate) fn summaries(module: &Module, info: &ModuleInfo) -> (BTreeMap<String, Summary>, Vec<Rejection>) {
     let (uniform, mut rejections) = uniformity::analysis(module);
     let (accesses, aliases) = aliasing::analysis(module);

@@ -11,7 +11,7 @@ use crate::codes;
 use crate::written::ir;
 use crate::written::rejection::Rejection;
 
-/// The calls of a module with arguments that their functions do not take.
+/// Returns rejections of texture calls with arguments that WGSL does not allow.
 pub(crate) fn found(module: &Module) -> Vec<Rejection> {
     let mut found = Vec::new();
     for function in ir::functions(module) {

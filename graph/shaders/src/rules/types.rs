@@ -33,18 +33,18 @@ const MAX_CASES: usize = 16_383;
 const MAX_NESTING: usize = 255;
 const MAX_COMPONENTS: usize = 32_767;
 
-/// The relevant properties of a type and of its components.
+/// Properties of a type that include its components.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Parts {
     nesting: usize,
-    /// The elements of the largest array.
+    /// The number of elements of the largest array; 0 without arrays of fixed size.
     elements: u32,
     pub(super) has_atomics: bool,
-    /// Whether the size of an array is an override.
+    /// Whether the size of an array depends on an override.
     has_overrides: bool,
 }
 
-/// The parts of each type of a module, by the index of the type.
+/// Returns the properties of each type of a module, indexed like the module's types.
 pub(super) fn parts(module: &Module) -> Vec<Parts> {
     // Types stand behind those that they consist of.
     let mut all: Vec<Parts> = Vec::with_capacity(module.types.len());
@@ -84,7 +84,7 @@ pub(super) fn parts(module: &Module) -> Vec<Parts> {
     all
 }
 
-/// The violations of a module.
+/// Returns the violations of WGSL's rules about types in a module.
 pub(crate) fn found(module: &Module) -> Vec<Rejection> {
     let mut check = Check { module, parts: parts(module), found: Vec::new() };
     check.types();
@@ -93,7 +93,7 @@ pub(crate) fn found(module: &Module) -> Vec<Rejection> {
     check.found
 }
 
-/// Whether a type is that of a built-in value; naga looks only at members that an entry point uses.
+/// Returns `true` if a type is allowed for a built-in value. naga only checks members that an entry point uses.
 fn is_type_of(built_in: BuiltIn, ty: &TypeInner) -> bool {
     let scalar = |scalar| *ty == TypeInner::Scalar(scalar);
     let vector = |size, scalar| *ty == TypeInner::Vector { size, scalar };
@@ -114,7 +114,7 @@ fn is_type_of(built_in: BuiltIn, ty: &TypeInner) -> bool {
     }
 }
 
-/// Whether a type can have a location.
+/// Returns `true` if a value of the type can have a `@location`.
 fn is_numeric(ty: &TypeInner) -> bool {
     matches!(ty, TypeInner::Scalar(scalar) | TypeInner::Vector { scalar, .. } if *scalar != Scalar::BOOL)
 }
@@ -171,8 +171,8 @@ impl Check<'_> {
         }
     }
 
-    /// Locations of a structure that are taken twice, and integers between stages that are not flat; naga looks only at
-    /// structures that an entry point uses.
+    /// Rejects duplicate locations in a structure and interpolated integers. naga only checks structures that an entry
+    /// point uses.
     fn locations(&mut self, members: &[StructMember], place: Span) {
         let mut taken = HashSet::new();
         for member in members {

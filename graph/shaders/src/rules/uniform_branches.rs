@@ -25,17 +25,17 @@ use crate::codes;
 use crate::written::ir;
 use crate::written::rejection::Rejection;
 
-/// Dependencies that a function knows of itself, as bits.
+/// A bit set of sources that a value depends on: [`UNIFORM`] and [`OTHER`].
 type Sources = u8;
 
 const UNIFORM: Sources = 1;
 const OTHER: Sources = 2;
 
-/// Something that a function leaves open.
+/// A dependency that is only known in combination with other functions.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 enum Open {
     Argument(u32),
-    /// The result of the function of this name.
+    /// The result of a call of the function with this name.
     Result(String),
 }
 
@@ -43,7 +43,7 @@ enum Open {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 struct Dependencies {
     known: Sources,
-    /// Bits of what its function leaves open.
+    /// A bit set of entries in [`Branches::open`].
     open: u64,
 }
 
@@ -61,27 +61,27 @@ impl Dependencies {
     }
 }
 
-/// The branches of a function, and what it passes on.
+/// The branch conditions of a function, and the dependencies of its result and of the arguments that it passes.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Branches {
-    /// The values that are left open, by bits of dependencies.
+    /// The dependencies on other functions, indexed by the bits of `Dependencies::open`.
     open: Vec<Open>,
-    /// The conditions, with the place of each in the text.
+    /// The branch conditions, each with its byte range in the WGSL.
     conditions: Vec<(Dependencies, Range<usize>)>,
     calls: Vec<(String, Vec<Dependencies>)>,
     result: Dependencies,
     arguments: usize,
-    /// Whether it is the entry point of a fragment stage.
+    /// Whether the function is a fragment entry point.
     is_fragment: bool,
 }
 
 impl Branches {
-    /// Whether no function can have a condition on uniforms alone because of this one.
+    /// Returns `true` if the function has no conditions, no calls and a result without dependencies.
     pub(crate) fn is_empty(&self) -> bool {
         self.conditions.is_empty() && self.calls.is_empty() && self.result == Dependencies::default()
     }
 
-    /// Shifts places so that they count from an offset.
+    /// Makes byte ranges relative to `offset`.
     pub(crate) fn counted_from(&mut self, offset: usize) {
         for (_, range) in &mut self.conditions {
             *range = range.start.saturating_sub(offset)..range.end.saturating_sub(offset);
@@ -93,7 +93,7 @@ impl Branches {
     }
 }
 
-/// The branches of a function, or of an entry point of a stage.
+/// Analyzes the branches of a function. `stage` is the stage of an entry point, and `None` for other functions.
 pub(crate) fn of(module: &Module, function: &Function, stage: Option<ShaderStage>) -> Branches {
     let branches = Branches {
         arguments: function.arguments.len(),
@@ -116,7 +116,7 @@ pub(crate) fn of(module: &Module, function: &Function, stage: Option<ShaderStage
     }
 }
 
-/// The conditions that uniforms alone decide where these functions come together: index of the function, and of its
+/// Returns the conditions in fragment stages that depend only on uniforms: index of the function, and index of its
 /// condition.
 pub(crate) fn decided(functions: &[(&str, &Branches)]) -> BTreeSet<(usize, usize)> {
     let by_name: HashMap<&str, usize> =
@@ -195,7 +195,7 @@ pub(crate) fn decided(functions: &[(&str, &Branches)]) -> BTreeSet<(usize, usize
     found.into_iter().map(|((at, _), number)| (at, number)).collect()
 }
 
-/// A function that an entry point reaches.
+/// The dependencies of a function that an entry point reaches.
 #[derive(Clone, Debug, Default)]
 struct Reached {
     arguments: Vec<Sources>,
@@ -203,7 +203,7 @@ struct Reached {
     callers: Vec<usize>,
 }
 
-/// The conditions that uniforms alone decide in a module of these functions.
+/// Returns advice about the conditions in fragment stages that depend only on uniforms.
 pub(crate) fn found(functions: &[(&str, &Branches)]) -> Vec<Rejection> {
     let mut places: Vec<Range<usize>> =
         decided(functions).into_iter().map(|(at, number)| functions[at].1.place(number)).collect();
@@ -211,7 +211,7 @@ pub(crate) fn found(functions: &[(&str, &Branches)]) -> Vec<Rejection> {
     places.into_iter().map(advice).collect()
 }
 
-/// The advice about a condition.
+/// The advice about a condition at a byte range.
 pub(crate) fn advice(place: Range<usize>) -> Rejection {
     let message = "uniforms alone decide this branch of a fragment stage";
     let help = "multiply with the value instead, or make it an override: drivers compile the shader once more for \
@@ -219,13 +219,13 @@ pub(crate) fn advice(place: Range<usize>) -> Rejection {
     Rejection::new(codes::UNIFORM_BRANCH, message, place.into()).help(help)
 }
 
-/// A walk through one function.
+/// The state of analyzing one function.
 struct Visit<'a> {
     module: &'a Module,
     function: &'a Function,
     is_entry: bool,
     locals: HashMap<Handle<LocalVariable>, Dependencies>,
-    /// The dependencies of each expression.
+    /// The dependencies of each expression, indexed by its handle.
     values: Vec<Dependencies>,
     branches: Branches,
 }
@@ -239,7 +239,7 @@ impl Visit<'_> {
         expressions.into_iter().fold(Dependencies::default(), |all, one| all.and(self.of(one)))
     }
 
-    /// The dependencies on an open input, such as a parameter. Beyond 64 of them in one function, on anything.
+    /// The dependency on an argument or a call's result. After 64 of these in one function, returns [`OTHER`].
     fn open(&mut self, open: Open) -> Dependencies {
         let all = &mut self.branches.open;
         let at = all.iter().position(|known| *known == open).unwrap_or_else(|| {
@@ -250,7 +250,7 @@ impl Visit<'_> {
         bit.map_or(Dependencies::known(OTHER), |open| Dependencies { known: 0, open })
     }
 
-    /// Expressions stand after those that they are made of.
+    /// Computes the dependencies of all expressions; operands precede the expressions that use them.
     fn expressions(&mut self) {
         for (_, expression) in self.function.expressions.iter() {
             let value = match expression {
@@ -285,7 +285,7 @@ impl Visit<'_> {
         self.module.functions[callee].name.clone().unwrap_or_default()
     }
 
-    /// Follows the statements of a block that runs, or not, depending on `around`.
+    /// Analyzes the statements of a block. `around` holds the dependencies of the conditions that enclose the block.
     fn block(&mut self, block: &Block, around: Dependencies) {
         for statement in block {
             let mut within = around;
@@ -322,13 +322,13 @@ impl Visit<'_> {
         }
     }
 
-    /// The joined dependencies of all conditions within a statement.
+    /// The combined dependencies of all conditions within a statement.
     fn deciding(&self, statement: &Statement) -> Dependencies {
         let own = self.of_all(ir::condition(statement));
         ir::blocks(statement).flatten().fold(own, |all, inner| all.and(self.deciding(inner)))
     }
 
-    /// Adds to the dependencies of the variable behind a pointer. Pointers to anything else are ignored.
+    /// Adds dependencies to the local variable that a pointer refers to. Pointers to other memory are ignored.
     fn store(&mut self, pointer: Handle<Expression>, value: Dependencies) {
         let variable = ir::base(self.function, pointer);
         if let Expression::LocalVariable(variable) = self.function.expressions[variable] {

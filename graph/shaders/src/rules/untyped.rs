@@ -14,16 +14,16 @@ use naga::{Expression, Function, Module, ScalarKind, Span};
 
 use crate::written::tokens::{Tokens, is_name};
 
-/// Built-in functions that give a constant without a type of its own, if that is all that they are given.
+/// Built-in functions whose result has no concrete type if all of their arguments are untyped constants.
 const UNTYPED: [&str; 14] = [
     "abs", "array", "clamp", "cross", "dot", "max", "min", "select", "sign", "vec2", "vec3", "vec4", "all",
     "any",
 ];
 
-/// The names of a vector's components.
+/// The names of a vector's components in swizzles.
 const COMPONENTS: [char; 8] = ['x', 'y', 'z', 'w', 'r', 'g', 'b', 'a'];
 
-/// The names of the constants that are made of untyped numbers alone.
+/// The names of the constants that consist only of untyped numbers.
 pub(super) fn constants<'t>(tokens: &Tokens<'t>) -> HashSet<&'t str> {
     let is_declared = |at: &usize| tokens.word(*at) == "const" && tokens.word(at + 2) == "=";
     let declared: Vec<usize> = (0..tokens.ranges.len()).filter(is_declared).collect();
@@ -42,7 +42,7 @@ pub(super) fn constants<'t>(tokens: &Tokens<'t>) -> HashSet<&'t str> {
     found
 }
 
-/// The byte ranges of the values of `let` and `var` that are made of untyped numbers alone.
+/// The byte ranges of the initial values of `let` and `var` that consist only of untyped numbers.
 pub(super) fn values(tokens: &Tokens<'_>, constants: &HashSet<&str>) -> Vec<Range<usize>> {
     let value = |at: usize| match (tokens.word(at), tokens.word(at + 1)) {
         ("var", "<") if tokens.word(at + 5) == "=" => Some(at + 6),
@@ -57,7 +57,7 @@ pub(super) fn values(tokens: &Tokens<'_>, constants: &HashSet<&str>) -> Vec<Rang
     values.filter_map(bytes).collect()
 }
 
-/// The tokens of a value, if it is made of untyped numbers alone.
+/// The token indices of a value; `None` unless it consists only of untyped numbers.
 fn value_of(tokens: &Tokens<'_>, constants: &HashSet<&str>, first: usize) -> Option<Range<usize>> {
     let end = (first..tokens.ranges.len()).find(|at| tokens.word(*at) == ";").unwrap_or(tokens.ranges.len());
     let mut at = first;
@@ -74,22 +74,23 @@ fn value_of(tokens: &Tokens<'_>, constants: &HashSet<&str>, first: usize) -> Opt
     Some(first..end)
 }
 
-/// The token behind a number, a name, a call or parentheses.
+/// The index of the token after a number, a name, a call or a parenthesized expression.
 fn end_of_operand(tokens: &Tokens<'_>, first: usize) -> usize {
     let open = if is_name(tokens.word(first)) { first + 1 } else { first };
     if tokens.word(open) == "(" { tokens.closing(open) + 1 } else { first + 1 }
 }
 
-/// The numbers of a value without a type.
+/// The kind of numbers in a value without a concrete type.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Numbers {
-    /// Integers.
+    /// Only integer literals.
     Whole,
-    /// Some have names: they may be floats.
+    /// Literals and names, which may stand for floats.
     Named,
 }
 
-/// The names of all `let` and `var` of functions whose value is of numbers alone, each time that the name is declared.
+/// The names of `let` and `var` declarations with untyped values. A name is left out if another declaration of it has
+/// another kind of value.
 pub(super) fn names<'t>(tokens: &Tokens<'t>, constants: &HashSet<&str>) -> HashMap<&'t str, Numbers> {
     // No other text has a number that is so large, without a suffix: most are not searched.
     let is_long = |word: &str| word.len() >= 10 && word.starts_with(|first: char| first.is_ascii_digit());
@@ -108,8 +109,8 @@ pub(super) fn names<'t>(tokens: &Tokens<'t>, constants: &HashSet<&str>) -> HashM
     found.into_iter().filter_map(|(name, numbers)| Some((name, numbers?))).collect()
 }
 
-/// The place of the first value of a function that has a type of integers beyond `i32`, or of floats, only since no
-/// `i32` holds its numbers.
+/// The place of the first value to which naga gives another type than `i32`, because its numbers exceed the range of
+/// `i32`. `None` if there is none.
 pub(super) fn beyond(names: &HashMap<&str, Numbers>, module: &Module, function: &Function) -> Option<Span> {
     if names.is_empty() {
         return None;
@@ -137,7 +138,7 @@ pub(super) fn beyond(names: &HashMap<&str, Numbers>, module: &Module, function: 
     value.or_else(|| variable.map(|(handle, _)| locals.get_span(handle)))
 }
 
-/// The numbers of a value without a type; `None` where it is a float, or a function may make another type of it.
+/// The kind of numbers in a value; `None` if the value contains a float literal or a comparison.
 fn numbers(tokens: &Tokens<'_>, value: Range<usize>) -> Option<Numbers> {
     let mut numbers = Numbers::Whole;
     for at in value {

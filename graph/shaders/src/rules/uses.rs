@@ -11,21 +11,21 @@ use naga::{Block, Expression, Function, Handle, Module, Statement};
 
 use crate::written::ir;
 
-/// The origin of a value: the name of a variable of the module, the number of an argument, or "?".
+/// The origin of a texture or sampler: the name of a module-scope variable, the index of an argument, or `?`.
 type Root = String;
 
-/// The uses of a function by itself.
+/// The resources that a function's own body uses.
 #[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Uses {
-    /// Variables of the module.
+    /// The names of module-scope variables.
     pub(crate) globals: BTreeSet<String>,
-    /// Textures with the samplers that they are sampled with.
+    /// The pairs of texture and sampler that are sampled together.
     pub(crate) sampled: BTreeSet<(Root, Root)>,
-    /// The functions that it calls, and what they are given.
+    /// The called functions with the origins of their arguments.
     pub(crate) calls: BTreeSet<(String, Vec<Root>)>,
 }
 
-/// The uses of a validated function by itself.
+/// Collects the resources that a validated function's own body uses.
 pub(crate) fn of(module: &Module, function: &Function, info: &FunctionInfo) -> Uses {
     let name = |variable: Handle<naga::GlobalVariable>| {
         module.global_variables[variable].name.clone().unwrap_or_default()

@@ -8,16 +8,16 @@ use wgpu_types::{DownlevelFlags, Features};
 
 use super::profile::TargetProfile;
 
-/// Something that a target may have.
+/// A capability that a target may have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Capability {
     /// An optional feature of WebGPU.
     Feature(Features),
-    /// A part of WebGPU's core mode.
+    /// A part of WebGPU's core mode that reduced targets may lack.
     Core(DownlevelFlags),
 }
 
-/// The parts of WebGPU's core mode that have a name.
+/// The named parts of WebGPU's core mode, with wgpu's flags.
 const CORE: [(&str, DownlevelFlags); 9] = [
     ("compute", DownlevelFlags::COMPUTE_SHADERS),
     ("cube-arrays", DownlevelFlags::CUBE_ARRAY_TEXTURES),
@@ -31,7 +31,7 @@ const CORE: [(&str, DownlevelFlags); 9] = [
 ];
 
 impl Capability {
-    /// A capability by its name: `float32-filterable`, `view-formats`.
+    /// Finds a capability by its name, such as `float32-filterable` or `view-formats`; `None` if unknown.
     pub fn from_name(name: &str) -> Option<Self> {
         let core = CORE.iter().find(|(known, _)| *known == name);
         core.map(|(_, flag)| Self::Core(*flag)).or_else(|| TargetProfile::feature(name).map(Self::Feature))
@@ -42,14 +42,14 @@ impl Capability {
         CORE.iter().map(|(name, _)| *name).chain(TargetProfile::feature_names()).collect()
     }
 
-    /// The name of a part of core mode.
+    /// The name of a part of core mode; empty if the part has no name.
     pub fn name_of(part: DownlevelFlags) -> &'static str {
         CORE.iter().find(|(_, flag)| *flag == part).map_or("", |(name, _)| name)
     }
 }
 
 impl TargetProfile {
-    /// Whether every device of the target has a capability.
+    /// Returns `true` if every device of the target has the capability.
     pub fn has(&self, capability: Capability) -> bool {
         match capability {
             Capability::Feature(feature) => self.features.contains(feature),

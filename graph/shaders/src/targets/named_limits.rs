@@ -8,14 +8,14 @@ use super::profile::TargetProfile;
 macro_rules! named_limits {
     ($($name:ident)*) => {
         impl TargetProfile {
-            /// The names of all limits that [`TargetProfile::limit`] knows.
+            /// The names that [`TargetProfile::limit`] accepts.
             pub const LIMITS: &'static [&'static str] = &[
                 "max_storage_buffers_in_fragment_stage",
                 "max_storage_buffers_in_vertex_stage",
                 $(stringify!($name)),*
             ];
 
-            /// A limit by its name, such as `max_bind_groups`.
+            /// Returns a limit by its name, such as `max_bind_groups`; `None` if the name is unknown.
             pub fn limit(&self, name: &str) -> Option<u64> {
                 match name {
                     "max_storage_buffers_in_fragment_stage" => {

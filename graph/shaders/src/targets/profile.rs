@@ -12,7 +12,7 @@
 use naga::valid::Capabilities;
 use wgpu_types::{DownlevelFlags, Features, Limits};
 
-/// The language that a target's driver is given.
+/// The shading language that a target's driver or browser receives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum TargetLanguage {
@@ -35,7 +35,7 @@ impl TargetLanguage {
     pub const ALL: [TargetLanguage; 6] =
         [Self::Wgsl, Self::Spirv, Self::Msl, Self::Hlsl, Self::Glsl, Self::GlslWebgl2];
 
-    /// `wgsl`, `spirv`, `msl`, `hlsl`, `glsl` or `glsl-webgl2`.
+    /// The name of the language: `wgsl`, `spirv`, `msl`, `hlsl`, `glsl` or `glsl-webgl2`.
     pub fn name(self) -> &'static str {
         match self {
             Self::Wgsl => "wgsl",
@@ -48,7 +48,8 @@ impl TargetLanguage {
     }
 }
 
-/// Compatibility mode has no views in another format, no arrays of cubes, one blend state for all attachments.
+/// The parts of core mode that WebGPU's compatibility mode lacks, such as view formats, cube arrays and a blend state
+/// per attachment.
 const NOT_IN_COMPATIBILITY_MODE: DownlevelFlags = DownlevelFlags::VIEW_FORMATS
     .union(DownlevelFlags::SURFACE_VIEW_FORMATS)
     .union(DownlevelFlags::CUBE_ARRAY_TEXTURES)
@@ -57,7 +58,7 @@ const NOT_IN_COMPATIBILITY_MODE: DownlevelFlags = DownlevelFlags::VIEW_FORMATS
     .union(DownlevelFlags::VERTEX_STORAGE)
     .union(DownlevelFlags::DEPTH_BIAS_CLAMP);
 
-/// OpenGL ES 3.1 besides lacks what wgpu does not do on OpenGL.
+/// The parts of core mode that OpenGL ES 3.1 lacks under wgpu.
 const NOT_IN_GLES: DownlevelFlags = NOT_IN_COMPATIBILITY_MODE
     .union(DownlevelFlags::READ_ONLY_DEPTH_STENCIL)
     .union(DownlevelFlags::DEPTH_TEXTURE_AND_BUFFER_COPIES)
@@ -68,7 +69,7 @@ const NOT_IN_GLES: DownlevelFlags = NOT_IN_COMPATIBILITY_MODE
     .union(DownlevelFlags::WEBGPU_TEXTURE_FORMAT_SUPPORT)
     .union(DownlevelFlags::TEXTURE_COMPRESSION);
 
-/// WebGL 2 besides lacks compute and storage.
+/// The parts of core mode, such as compute and storage buffers, that WebGL 2 lacks in addition to [`NOT_IN_GLES`].
 const NOT_IN_WEBGL2: DownlevelFlags = DownlevelFlags::COMPUTE_SHADERS
     .union(DownlevelFlags::FRAGMENT_WRITABLE_STORAGE)
     .union(DownlevelFlags::FRAGMENT_STORAGE)
@@ -77,32 +78,33 @@ const NOT_IN_WEBGL2: DownlevelFlags = DownlevelFlags::COMPUTE_SHADERS
     .union(DownlevelFlags::UNRESTRICTED_INDEX_BUFFER)
     .union(DownlevelFlags::UNRESTRICTED_EXTERNAL_TEXTURE_COPIES);
 
-/// The features and limits that a shader may rely on.
+/// The features and limits that every device of a target guarantees.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct TargetProfile {
-    /// Its name, as pipelines claim it.
+    /// The name by which pipelines refer to the profile, such as `webgpu`.
     pub name: String,
-    /// The wgpu features.
+    /// The wgpu features that the target guarantees.
     pub features: Features,
-    /// The parts of WebGPU's core mode that the target has (its names are those of `capabilities`).
+    /// The parts of WebGPU's core mode that the target has, as wgpu's downlevel flags.
     pub downlevel: DownlevelFlags,
-    /// The capabilities of naga's validator; they follow from the features and the downlevel flags.
+    /// The capabilities for naga's validator, derived from the features and the downlevel flags.
     pub capabilities: Capabilities,
-    /// The limits.
+    /// The limits that the target guarantees.
     pub limits: Limits,
-    /// Storage buffers that the vertex stage may use; compatibility mode guarantees none.
+    /// The maximum number of storage buffers in the vertex stage; compatibility mode guarantees none.
     pub vertex_storage_buffers: u32,
-    /// The language that the module must be expressible in.
+    /// The shading language that the module is translated to.
     pub language: TargetLanguage,
 }
 
 impl TargetProfile {
-    /// The names of all profiles.
+    /// The names of all profiles, without optional features.
     pub const NAMES: [&'static str; 7] =
         ["webgpu", "webgpu-compat", "vulkan", "metal", "dx12", "gles", "webgl2"];
 
-    /// A profile by its name, with features of WebGPU behind it: `webgpu+float32-filterable`.
+    /// Returns a profile by its name, with optional WebGPU features appended: `webgpu+float32-filterable`. `None` if a
+    /// part of the name is unknown.
     pub fn from_name(name: &str) -> Option<Self> {
         let (base, features) = name.split_once('+').unwrap_or((name, ""));
         let features = features.split('+').filter(|feature| !feature.is_empty());
@@ -115,7 +117,7 @@ impl TargetProfile {
         Some(Self { name: name.to_owned(), ..profile.with_features(features) })
     }
 
-    /// An optional feature of WebGPU by its name there.
+    /// Returns an optional WebGPU feature by its WebGPU name; `None` if unknown.
     pub fn feature(name: &str) -> Option<Features> {
         let named = |feature: &Features| feature.as_str() == Some(name);
         Features::all_webgpu_mask().iter().find(named)
@@ -153,12 +155,12 @@ impl TargetProfile {
         Self::NAMES.iter().filter_map(|name| Self::from_name(name)).collect()
     }
 
-    /// WebGPU in a browser, core mode, without optional features.
+    /// The profile of WebGPU's core mode in a browser, without optional features.
     pub fn webgpu() -> Self {
         Self::core("webgpu", TargetLanguage::Wgsl)
     }
 
-    /// WebGPU in compatibility mode.
+    /// The profile of WebGPU's compatibility mode.
     pub fn webgpu_compat() -> Self {
         let limits = Limits {
             max_texture_dimension_1d: 4096,
@@ -181,12 +183,12 @@ impl TargetProfile {
         )
     }
 
-    /// Whether a browser takes the text itself.
+    /// Returns `true` if the target is a browser, which compiles WGSL directly.
     pub fn is_browser(&self) -> bool {
         self.language == TargetLanguage::Wgsl
     }
 
-    /// Adds features that a device may have.
+    /// Adds optional features to the profile.
     #[must_use]
     pub fn with_features(mut self, features: Features) -> Self {
         self.features |= features;
@@ -195,12 +197,10 @@ impl TargetProfile {
         self
     }
 
-    /// Lowers the profile to what a device has, so that what is checked and planned runs there. `flags` are those of
-    /// its adapter. A device that has more changes nothing; for its further WebGPU features, see
-    /// [`TargetProfile::with_features`].
+    /// Lowers the profile to the limits and downlevel flags of a device. Values above the profile's have no effect;
+    /// add optional WebGPU features with [`TargetProfile::with_features`].
     ///
-    /// Features of a pipeline that require a limit (`required_limits`) are off
-    /// where the device has less.
+    /// Features of a pipeline that require a higher limit (`required_limits`) are switched off.
     #[must_use]
     pub fn on_device(mut self, limits: &Limits, flags: DownlevelFlags) -> Self {
         let claimed = self.clone();
@@ -223,7 +223,7 @@ impl TargetProfile {
         Self { vertex_storage_buffers, ..Self::reduced(name, limits, DownlevelFlags::all(), language) }
     }
 
-    /// A profile of devices that may have less than WebGPU's core mode.
+    /// A profile of a target that may have less than WebGPU's core mode.
     fn reduced(name: &str, limits: Limits, downlevel: DownlevelFlags, language: TargetLanguage) -> Self {
         let features = Features::empty();
         Self {

@@ -8,7 +8,7 @@ use crate::TargetProfile;
 use crate::permutations::{Options, Request, check};
 use crate::rendering::markers;
 
-/// Pieces that templates consist of, and pieces that break them.
+/// Pieces of templates, including pieces that make them invalid.
 const PIECES: &[&str] = &[
     "{% if a %}",
     "{% elif b == 'x' %}",

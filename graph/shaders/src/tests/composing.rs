@@ -9,7 +9,7 @@ use super::Fixture;
 use crate::permutations::{Options, Permutations, Request, check};
 use crate::{AxisKind, TargetProfile};
 
-/// Texts with their verdicts, reflections and costs.
+/// Validity, reflection and costs of each module, keyed by its hash.
 type Verdicts = BTreeMap<String, (bool, String)>;
 
 fn verdicts(outcome: &Permutations) -> Verdicts {
@@ -21,7 +21,7 @@ fn verdicts(outcome: &Permutations) -> Verdicts {
     variants.map(|variant| (variant.hash.clone(), of(variant))).collect()
 }
 
-/// Code, place and message of all that is said, and the profiles that it is said of.
+/// The code, place, message and profiles of every diagnostic.
 fn causes(fixture: &Fixture, outcome: &Permutations) -> BTreeSet<String> {
     let line = |diagnostic: &umbragraph_text::diagnostic::Diagnostic| {
         let profiles: BTreeSet<&String> = diagnostic.extent.iter().flat_map(|one| &one.profiles).collect();
@@ -32,7 +32,8 @@ fn causes(fixture: &Fixture, outcome: &Permutations) -> BTreeSet<String> {
     outcome.diagnostics.iter().map(line).collect()
 }
 
-/// Compares both ways of proving; the number of texts, and of those that were proven for it.
+/// Compares validation by units with validation of every module. Returns the numbers of modules and of those passed to
+/// naga.
 fn compare(fixture: &Fixture, request: &Request) -> (usize, usize) {
     let requests = std::slice::from_ref(request);
     let few = check(&fixture.set, requests, &Options { threads: 1, ..Options::default() });
@@ -70,7 +71,7 @@ fn compare(fixture: &Fixture, request: &Request) -> (usize, usize) {
     (few.texts, few.proven)
 }
 
-/// Everything that a template expresses, with integers at their defaults where there would be too many texts.
+/// A request for every variant of a template, with integers fixed to their defaults to limit the number of modules.
 fn request(fixture: &Fixture, root: &str, profiles: &[TargetProfile]) -> Request {
     let axes = fixture.set.axes(root).into_iter().flat_map(crate::Axes::iter);
     let integers = axes.filter(|axis| matches!(axis.kind, AxisKind::Integer { .. }));
@@ -110,7 +111,7 @@ const AXES: &str = r#"{ "axes": {
     "n": { "type": "integer", "min": 1, "max": 3, "default": 1 },
     "o": { "type": "integer", "min": 0, "max": 3, "default": 1, "as": "override" } } }"#;
 
-/// Faults that show only where two or three axes meet, with a smallest set of values that provokes each.
+/// Templates with faults that need two or three axis values, each with a minimal set of values that causes the fault.
 const FAULTS: &[(&str, &str, &[&str])] = &[
     // A parameter of a callee that another axis changes.
     (
@@ -311,7 +312,7 @@ fn faults_where_axes_meet_are_found_with_their_smallest_values() {
     }
 }
 
-/// Functions that call one another, each of which axes change.
+/// A random template of functions that call one another, with axes that change each of them.
 fn random_template(random: &mut Random) -> String {
     const CONDITIONS: [&str; 8] = ["a", "b", "c", "not a", "d == 'y'", "d != 'z'", "n > 1", "a and c"];
     let pick = |random: &mut Random, from: &[&str]| from[random.below(from.len())].to_owned();

@@ -4,7 +4,7 @@ use super::wgsl_rules;
 use crate::TargetProfile;
 use crate::module::wgsl;
 
-/// Statements that are refused, and a part of the message.
+/// Statements that must be rejected, each with a part of the message.
 const STATEMENTS: [(&str, &str); 35] = [
     ("let r = x & 7u | y;", "\"&\" and \"|\""),
     ("let r = x << y + 1u;", "\"<<\" and \"+\""),
@@ -46,7 +46,7 @@ const STATEMENTS: [(&str, &str); 35] = [
     ("// \0", "null character"),
 ];
 
-/// Modules that are refused, and a part of the message.
+/// Modules that must be rejected, each with a part of the message.
 const MODULES: [(&str, &str); 13] = [
     ("@id(1) const a = 1;", "\"@id\" does not belong before \"const\""),
     ("@workgroup_size(1) fn g() { }", "belongs to compute entry points alone"),

@@ -23,7 +23,7 @@ const AXES: &str = r#"{ "axes": {
     "mode": { "type": "enum", "values": ["hard", "pcf", "evsm"], "default": "hard" } },
   "constraints": [ { "when": "mode=pcf", "requires": ["taps!=1"] }, { "when": "a", "requires": ["b"] } ] }"#;
 
-/// Templates that read axes in all the ways that a look at the text would miss.
+/// Templates that read axes in ways that a lexical search would not find.
 const READERS: &[&str] = &[
     "{% include 'i.wgsl.jinja' %}",
     "{% set a = a|default(true) %}{% if a %}// 1\n{% endif %}",
@@ -53,7 +53,7 @@ fn readers(reader: &str) -> Fixture {
     ])
 }
 
-/// Every configuration of a template that its constraints allow.
+/// All combinations of axis values that the constraints of a template allow.
 fn configurations(fixture: &Fixture, template: &str) -> Vec<AxisValues> {
     let axes = fixture.set.axes(template).unwrap();
     let mut all = vec![AxisValues::new()];
@@ -74,7 +74,7 @@ fn configurations(fixture: &Fixture, template: &str) -> Vec<AxisValues> {
     all
 }
 
-/// Compares a check with rendering every configuration: the same texts, each for as many configurations.
+/// Compares a check with rendering every combination: both must find the same modules with the same counts.
 fn compare_with_exhaustive_rendering(fixture: &Fixture, template: &str) {
     let outcome = check(&fixture.set, &[Request::all(template, &[])], &Options::default());
     let report = &outcome.templates[0];
@@ -315,7 +315,7 @@ fn sizes_and_names_of_variants_are_reported() {
     assert_eq!(names.iter().collect::<BTreeSet<_>>().len(), names.len());
 }
 
-/// Rejects texts with a certain name, or is not there.
+/// A validator that rejects modules that contain a certain name. `None` makes it unavailable.
 struct Names(Option<&'static str>);
 
 impl Validator for Names {
@@ -348,7 +348,7 @@ fn another_validator_judges_texts_and_its_messages_are_mapped() {
     );
 }
 
-/// Reads `provoked by a=true, taps=6` back into values.
+/// Parses the axis values in the message `provoked by a=true, taps=6` of a diagnostic.
 fn provocation(diagnostic: &umbragraph_text::diagnostic::Diagnostic) -> AxisValues {
     let effect = diagnostic.related.iter().find_map(|related| related.message.split_once("provoked by "));
     let (_, list) = effect.expect("the diagnostic says what provokes it");

@@ -23,7 +23,7 @@ use super::{AxisValue, AxisValues, TargetProfile, TemplateSet};
 use umbragraph_text::diagnostic::{Diagnostic, Diagnostics, Place};
 use umbragraph_text::source::Sources;
 
-/// Templates, their texts, and what was found while they were added.
+/// A template set with its sources and the diagnostics from adding the templates.
 pub(super) struct Fixture {
     pub(super) sources: Sources,
     pub(super) set: TemplateSet,
@@ -41,7 +41,7 @@ impl Fixture {
         fixture
     }
 
-    /// A set that has to be free of diagnostics.
+    /// Creates a fixture that must have no diagnostics.
     pub(super) fn sound(files: &[(&str, &str)]) -> Self {
         let fixture = Self::new(files);
         assert!(fixture.diagnostics.is_empty(), "{:?}", fixture.lines(fixture.diagnostics.iter()));
@@ -53,7 +53,7 @@ impl Fixture {
             .unwrap_or_else(|diagnostics| panic!("{:#?}", self.lines(&diagnostics)))
     }
 
-    /// The diagnostics of a compilation that has to fail, as lines.
+    /// Compiles a variant that must be rejected. Returns the diagnostics as lines.
     pub(super) fn rejection(&self, template: &str, given: &[(&str, AxisValue)]) -> Vec<String> {
         match crate::compile(&self.set, template, &values(given), &TargetProfile::webgpu()) {
             Ok(module) => panic!("compiles:\n{}", module.wgsl),
@@ -61,7 +61,7 @@ impl Fixture {
         }
     }
 
-    /// `UG0502 main.wgsl.jinja:2:4 message`.
+    /// Formats diagnostics as lines: `UG0502 main.wgsl.jinja:2:4 message`.
     pub(super) fn lines<'d>(&self, diagnostics: impl IntoIterator<Item = &'d Diagnostic>) -> Vec<String> {
         diagnostics
             .into_iter()
@@ -83,7 +83,8 @@ impl Fixture {
     }
 }
 
-/// The templates that stand alone. Those with thousands of variants are left to `cargo xtask soak`.
+/// The templates that are compiled directly, not only included. Without `cargo xtask soak`, templates with over 4,096
+/// variants are left out.
 pub(super) fn roots(set: &TemplateSet) -> Vec<&str> {
     let count = |name: &str| {
         let axes = set.axes(name).into_iter().flat_map(crate::Axes::iter);

@@ -19,7 +19,7 @@ use crate::rendering::render;
 use crate::{AxisKind, AxisValues, TargetProfile};
 use umbragraph_text::diagnostic::{Diagnostic, Place};
 
-/// Replaces the template `name` by `text` in the project's set.
+/// Creates a fixture of the project's templates in which the template `name` is replaced by `text`.
 fn corrupted(name: &str, text: &str) -> Fixture {
     let files: Vec<(&str, &str)> = umbragraph_shaders_templates::FILES
         .iter()
@@ -28,8 +28,8 @@ fn corrupted(name: &str, text: &str) -> Fixture {
     Fixture::new(&files)
 }
 
-/// Everything that a template can express, with integers at their defaults: no text of the project's templates is under
-/// a condition on a number, and the product of all of them would take minutes for each corruption.
+/// A request for every variant of a template, with integers fixed to their defaults. The project's templates have no
+/// conditions on numbers, and all combinations would take minutes per corruption.
 fn request(fixture: &Fixture, root: &str, profiles: &[TargetProfile]) -> Request {
     let axes = fixture.set.axes(root).into_iter().flat_map(crate::Axes::iter);
     let integers = axes.filter(|axis| matches!(axis.kind, AxisKind::Integer { .. }));
@@ -64,7 +64,7 @@ fn reachable(fixture: &Fixture, root: &str) -> Vec<Piece> {
     found.into_iter().map(piece).collect()
 }
 
-/// One corruption of a piece of text, or `None` if the spot drawn is none that can be corrupted.
+/// Corrupts a random place in a byte range of a template; `None` if the chosen place cannot be corrupted.
 fn corrupt(text: &str, range: std::ops::Range<usize>, random: &mut Random) -> Option<String> {
     let at = range.start + random.below(range.len());
     let piece = text.get(range.start..)?;

@@ -12,7 +12,8 @@ use crate::permutations::Explorer;
 use crate::rendering::parts::Parts;
 use crate::written::declarations::{self, Split};
 
-/// Compares the first texts of a template; their number, or `None` where it is not taken apart.
+/// Compares the first `max` modules joined from parts with ordinary renderings. Returns their number; `None` if the
+/// template cannot be divided.
 fn compare(fixture: &Fixture, root: &str, max: usize) -> Option<usize> {
     let parts = OnceLock::from(Parts::of(&fixture.set, root));
     parts.get().and_then(Option::as_ref)?;
@@ -54,7 +55,7 @@ fn parts_of_the_library_join_to_the_whole_texts() {
     assert!(whole.is_empty(), "not taken apart: {whole:?}");
 }
 
-/// Templates of tags that are nested as they have to be, with few names, so that one tag sees what another binds.
+/// Generates templates of correctly nested tags with few names, so that tags often use names that other tags assign.
 fn template() -> impl Strategy<Value = String> {
     let name = prop::sample::select(&["a", "b", "n", "c", "d", "m"][..]);
     let value = prop_oneof![

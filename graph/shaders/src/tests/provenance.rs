@@ -4,7 +4,7 @@ use std::io::Write;
 
 use minijinja::Environment;
 
-/// Notes for every write whether it is a part of `source`.
+/// A sink that records for every write whether the bytes are part of `source` in memory.
 struct Notes {
     source: std::ops::Range<usize>,
     parts: Vec<(bool, String)>,

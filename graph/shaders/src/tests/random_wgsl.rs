@@ -30,12 +30,12 @@ impl Type {
     }
 }
 
-/// A name in scope.
+/// A name in scope of the generated code.
 #[derive(Clone, Debug)]
 struct Name {
     name: String,
     ty: Type,
-    /// The way to write to it; `None` if it is read-only.
+    /// The kind of assignable place; `None` if the name is read-only.
     place: Option<Place>,
 }
 
@@ -53,7 +53,7 @@ struct Helper {
     result: Option<Type>,
 }
 
-/// Expressions that differ between invocations at the start of an entry point.
+/// Expressions that may differ between invocations at the start of an entry point.
 const INPUTS: [&str; 4] = ["input.u", "input.f", "at.x", "local"];
 
 struct Module<'r> {
@@ -66,11 +66,12 @@ struct Module<'r> {
     result: Option<Type>,
     is_entry: bool,
     aliases: bool,
-    /// The number of uniform-only operations still to write: each can hide the others, so there are few.
+    /// The remaining number of operations that need uniform control flow. It is low, since one violation can hide
+    /// others.
     demanding: usize,
 }
 
-/// A module of a kind; with `aliases`, one variable may be passed twice.
+/// Generates a random module. With `aliases`, one variable may be passed twice in a call.
 pub(super) fn module(random: &mut Random, kind: Kind, aliases: bool) -> String {
     let mut module = Module {
         random,
@@ -215,7 +216,7 @@ var<private> own: f32;
         self.line(0, "}");
     }
 
-    /// Statements of a block; what is declared in it is gone behind it.
+    /// Generates the statements of a block. Names that are declared in the block leave the scope at its end.
     fn body(&mut self, depth: usize, in_loop: bool) {
         let known = self.scope.len();
         for _ in 0..1 + self.random.below(if depth == 0 { 6 } else { 2 }) {

@@ -164,7 +164,7 @@ fn recursion_ends() {
     assert!(lines[0].starts_with("UG0504 main.wgsl.jinja:1:"), "{lines:?}");
 }
 
-/// Texts of `count` links of every chain that naga descends.
+/// Modules with `count` links of each kind of chain over which naga recurses.
 fn chains(count: usize) -> Vec<String> {
     let around = |before: &str, open: &str, middle: &str, close: &str, after: &str| {
         format!("{before}{}{middle}{}{after}", open.repeat(count), close.repeat(count))

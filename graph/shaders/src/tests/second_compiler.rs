@@ -17,7 +17,7 @@ use crate::module::wgsl;
 use crate::permutations::{Options, Request, check};
 use crate::{AxisKind, TargetProfile};
 
-/// The rules that a module breaks.
+/// The names of the rules that a module violates.
 type Broken = BTreeSet<&'static str>;
 
 fn ours(text: &str) -> Option<Broken> {
@@ -29,7 +29,7 @@ fn ours(text: &str) -> Option<Broken> {
     Some(errors.map(|found| rule(found.code)).collect())
 }
 
-/// The same of `tint`; `None` where it rejects the module for something else.
+/// The rules that a module violates according to `tint`; `None` if `tint` rejects it for another reason.
 fn theirs(text: &str, folder: &ScratchFolder) -> Option<Broken> {
     let Err(said) = tint::judge(text, folder) else { return Some(Broken::new()) };
     let errors: Vec<&str> = said.lines().filter(|line| line.contains(" error: ")).collect();
@@ -84,7 +84,7 @@ impl Tally {
     }
 }
 
-/// Random modules in ordinary tests; ten times as many rounds are asked for by `cargo xtask soak`.
+/// The number of random modules; `cargo xtask soak` multiplies it.
 const MODULES: u32 = 330;
 
 #[test]
@@ -110,7 +110,7 @@ fn what_chrome_s_compiler_rejects_of_random_modules_is_rejected() {
     assert!(tally.too_strict.len() * 50 < tally.compared, "{} too strict", tally.too_strict.len());
 }
 
-/// A statement that needs uniform control flow, somewhere behind another; or a sample without its level.
+/// Inserts an operation that needs uniform control flow at a random place, or removes the explicit level of a sample.
 fn mutated(text: &str, random: &mut Random) -> String {
     let stage = if text.contains("@compute") { "storageBarrier();" } else { "_ = fwidth(0.5);" };
     let levels: Vec<usize> = text.match_indices("textureSampleCompareLevel(").map(|(at, _)| at).collect();

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use umbragraph_test_support::scratch::ScratchFolder;
 use umbragraph_test_support::skip;
 
-/// Whether it can be asked; if not, the test is counted as skipped.
+/// Returns `true` if the program `tint` is installed; if not, counts the test as skipped.
 pub(super) fn is_installed() -> bool {
     let mut command = Command::new("tint");
     let is_installed = command.arg("--help").stdout(Stdio::null()).stderr(Stdio::null()).status().is_ok();
@@ -16,10 +16,10 @@ pub(super) fn is_installed() -> bool {
     is_installed
 }
 
-/// Asks for its verdict on a text; any number of threads can.
+/// Compiles WGSL with `tint`. Several threads can call this at the same time.
 ///
 /// # Errors
-/// All that it says of a text that it refuses.
+/// The complete error output if `tint` rejects the WGSL.
 pub(super) fn judge(text: &str, folder: &ScratchFolder) -> Result<(), String> {
     static NUMBER: AtomicUsize = AtomicUsize::new(0);
     let path = folder.join(format!("{}.wgsl", NUMBER.fetch_add(1, Ordering::Relaxed)));

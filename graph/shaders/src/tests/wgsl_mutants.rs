@@ -151,7 +151,7 @@ const INSERTED: [&str; 36] = [
     "[0]",
 ];
 
-/// Words of statements and declarations, which are no names.
+/// Keywords of statements and declarations.
 const WORDS: [&str; 16] = [
     "fn",
     "struct",
@@ -177,7 +177,7 @@ fn one_of<'a>(random: &mut Random, all: &[&'a str]) -> &'a str {
     all[random.below(all.len())]
 }
 
-/// A text with one token or statement changed.
+/// Returns WGSL with one token or statement changed at random.
 fn mutated(text: &str, random: &mut Random) -> String {
     let tokens = Tokens::new(text);
     if tokens.ranges.len() < 4 {
@@ -243,7 +243,7 @@ fn mutated(text: &str, random: &mut Random) -> String {
     }
 }
 
-/// Whether Chrome's compiler takes a text, and the first line of what it says against it.
+/// Returns whether Chrome's compiler `tint` accepts the WGSL, and the first line of its error.
 fn is_taken_by_tint(text: &str, folder: &ScratchFolder) -> (bool, String) {
     match tint::judge(text, folder) {
         Ok(()) => (true, String::new()),
@@ -258,7 +258,7 @@ fn is_taken_by_tint(text: &str, folder: &ScratchFolder) -> (bool, String) {
 struct Tally {
     mutants: usize,
     refused: usize,
-    /// Taken by Chrome's compiler, and refused by naga.
+    /// The number of modules that `tint` accepts and naga rejects.
     unknown: usize,
     missed: Vec<String>,
     too_strict: Vec<String>,
@@ -327,7 +327,7 @@ fn mutants_of_the_rules_texts_are_judged_as_by_chrome() {
     tally.report("texts of the rules");
 }
 
-/// A random value of every second switch and enumeration of a template.
+/// Random values for about half of the boolean and enumeration axes of a template.
 fn values(fixture: &Fixture, root: &str, random: &mut Random) -> AxisValues {
     let mut values = AxisValues::new();
     for axis in fixture.set.axes(root).into_iter().flat_map(crate::Axes::iter) {

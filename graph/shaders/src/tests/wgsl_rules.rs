@@ -25,19 +25,19 @@ use crate::written::rejection::Rejection;
 const WITHIN: &str =
     "const HIGH = 3.0;\nfn f(x: u32, y: u32, z: f32, i: i32, b: bool, v: vec4<f32>, m: mat4x4<f32>) {";
 
-/// The verdict that a text has to get.
+/// The expected result for a WGSL module.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Expected {
     Refused,
     Valid,
-    /// Valid, but naga does not know it.
+    /// The module is valid, but naga does not support a feature that it uses.
     Newer,
 }
 
 pub(super) struct Case {
-    /// The file and the line.
+    /// The file name and line number of the case.
     place: String,
-    /// The chapter and the rule.
+    /// The chapter of the WGSL specification and the rule.
     rule: String,
     pub(super) expected: Expected,
     pub(super) text: String,
@@ -91,12 +91,12 @@ fn expanded(text: &str) -> String {
     all.replace("\\0", "\0").replace("\\u{feff}", "\u{feff}")
 }
 
-/// The extensions that texts switch on by `enable`, besides those that every browser has.
+/// The capabilities of the `webgpu` profile, and those that the cases enable with `enable`.
 fn capabilities() -> Capabilities {
     TargetProfile::webgpu().capabilities | Capabilities::SHADER_FLOAT16 | Capabilities::DUAL_SOURCE_BLENDING
 }
 
-/// The reason to reject a text, and whether it is naga's.
+/// Returns the reason to reject a module, and whether naga itself rejects it. `None` if the module is valid.
 pub(super) fn rejected(text: &str) -> Option<(Rejection, bool)> {
     let naga = wgsl::guarded(|| Ok(wgsl::is_valid_for_naga(text, capabilities())));
     let is_naga = !naga.unwrap_or_default();
@@ -149,7 +149,7 @@ fn chromes_compiler_says_the_same_of_the_texts() {
     assert!(wrong.is_empty(), "{wrong}");
 }
 
-/// The page of the rules, with the ones who find violations.
+/// Generates the documentation page about the rules, with counts by the part that finds the violations.
 fn page() -> String {
     let mut rules: Vec<(String, [usize; 5])> = Vec::new();
     for case in cases() {

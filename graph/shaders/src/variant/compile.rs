@@ -22,28 +22,28 @@ use umbragraph_text::diagnostic::{
 };
 use umbragraph_text::source::Span as SourceSpan;
 
-/// One variant of a template, proven valid for a profile.
+/// One variant of a template, validated for a target profile.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ShaderModule {
     /// The name of the template.
     pub template: String,
-    /// The values of the axes that the text depends on; the others have no effect on it.
+    /// The values of the axes that the generated WGSL depends on; other axes have no effect on it.
     pub axes: AxisValues,
-    /// The values of the axes that are pipeline-overridable constants of this module, as pipelines take them.
+    /// The values of the module's pipeline-overridable constants, keyed by name or `@id`.
     pub constants: BTreeMap<String, f64>,
-    /// The text.
+    /// The generated WGSL.
     pub wgsl: Arc<str>,
-    /// The BLAKE3 hash of the text.
+    /// The BLAKE3 hash of the WGSL.
     pub hash: [u8; 32],
     /// The reflection of the module.
     pub reflection: Reflection,
-    /// The map from places of the text to the templates.
+    /// The map from byte offsets in the WGSL to places in the templates.
     pub map: TextMap,
-    /// Warnings about the module.
+    /// The warnings about the module; empty if there are none.
     pub warnings: Vec<Diagnostic>,
 }
 
-/// A text, and the axes that it was rendered from.
+/// Generated WGSL, and the names of the axes that were read while it was rendered.
 pub(crate) type Rendered = (Source, BTreeSet<String>);
 
 /// Generates, parses, validates and reflects one variant.
@@ -51,8 +51,8 @@ pub(crate) type Rendered = (Source, BTreeSet<String>);
 /// `values` may name any of the template's axes; the others have their defaults.
 ///
 /// # Errors
-/// Every diagnostic that can be made: unknown axes and values, broken constraints, errors of the template, and the
-/// first error of the WGSL. Places are in the templates; the generated line stands beside them.
+/// All detectable errors: unknown axes and values, violated constraints, errors of the template, and the first error
+/// of the WGSL. Errors are placed in the templates; the generated line is shown with them.
 pub fn compile(
     templates: &TemplateSet,
     template: &str,
@@ -64,7 +64,7 @@ pub fn compile(
     of_rendered(templates, template, &values, &rendered, profile)
 }
 
-/// The module of a variant that was rendered, with values for all axes.
+/// Validates and reflects a rendered variant. `values` must cover all axes.
 pub(crate) fn of_rendered(
     templates: &TemplateSet,
     template: &str,
@@ -75,8 +75,8 @@ pub(crate) fn of_rendered(
     wgsl::with_stack(|| check(templates, template, values, rendered, profile))
 }
 
-/// A module of the same text with other values of its overrides, which is not proven. `None` for a compute stage, whose
-/// workgroup size can follow them.
+/// Copies a module with other values for its overrides, without validating it again. `None` for a module with
+/// overrides and a compute stage, whose workgroup size may depend on them.
 pub(crate) fn with_values(
     known: &ShaderModule,
     values: &AxisValues,
@@ -96,7 +96,7 @@ pub(crate) fn with_values(
     Some(ShaderModule { axes, constants, map, ..known.clone() })
 }
 
-/// The text of one variant, also where naga rejects it; `None` where the template does not render.
+/// Returns the WGSL of one variant, even if naga rejects it; `None` if the template does not render.
 pub fn generate(templates: &TemplateSet, template: &str, values: &AxisValues) -> Option<String> {
     let values = complete(templates, template, values).ok()?;
     let (source, _) =
@@ -104,7 +104,7 @@ pub fn generate(templates: &TemplateSet, template: &str, values: &AxisValues) ->
     Some(source.wgsl)
 }
 
-/// The values of all axes: the given ones, checked, and defaults for the rest.
+/// Checks the given values, and adds the defaults of all other axes.
 pub fn complete(
     templates: &TemplateSet,
     template: &str,
@@ -149,7 +149,7 @@ pub fn complete(
     if diagnostics.is_empty() { Ok(values) } else { Err(diagnostics) }
 }
 
-/// The diagnostic for a name that is no axis of a template.
+/// The diagnostic for a name that is not an axis of the template.
 pub(crate) fn unknown_axis(axes: &Axes, template: &str, name: &str, place: Place) -> Diagnostic {
     let diagnostic =
         Diagnostic::error(codes::AXIS_UNKNOWN, place, format!("\"{template}\" has no axis \"{name}\""));
@@ -160,7 +160,7 @@ pub(crate) fn unknown_axis(axes: &Axes, template: &str, name: &str, place: Place
     })
 }
 
-/// The values of those axes that are variables of the template.
+/// Selects the values of axes that are template variables.
 pub(crate) fn template_values(templates: &TemplateSet, template: &str, values: &AxisValues) -> AxisValues {
     select_axes(values, |name| {
         let axis = templates.axes(template).and_then(|axes| axes.get(name));
@@ -213,10 +213,10 @@ pub(crate) fn check(
     })
 }
 
-/// The values of the override axes that a module declares as overrides.
+/// Returns the values of the override axes that the module declares.
 ///
 /// # Errors
-/// An override whose type does not fit its axis.
+/// A rejection if the type of an override does not fit its axis.
 pub(crate) fn constants(
     axes: &Axes,
     values: &AxisValues,

@@ -12,10 +12,10 @@ use umbragraph_text::diagnostic::{Diagnostic, Place};
 use umbragraph_text::source::Sources;
 
 impl ShaderModule {
-    /// The module in the language of a target, its overrides set to [`ShaderModule::constants`].
+    /// Translates the module to a shading language, its overrides set to [`ShaderModule::constants`].
     ///
     /// # Errors
-    /// Why the language cannot express it, placed in the template.
+    /// A diagnostic, placed in the template, if the language cannot express the module.
     pub fn emit(
         &self,
         profile: &TargetProfile,
@@ -40,8 +40,8 @@ impl ShaderModule {
         })
     }
 
-    /// The text with the place of each line before it: `lib/noise.wgsl.jinja:12 | let x = 1.0;`. A line that starts
-    /// with what an expression wrote names the place of that expression.
+    /// Returns the WGSL with the source of each line: `lib/noise.wgsl.jinja:12 | let x = 1.0;`. A line that starts
+    /// with the output of an expression shows the place of that expression.
     pub fn annotated(&self, sources: &Sources) -> String {
         let mut lines: Vec<(String, &str)> = Vec::new();
         let mut start = 0;

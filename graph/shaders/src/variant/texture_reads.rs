@@ -15,7 +15,8 @@ use naga::{BinaryOperator, Block, Expression, Function, Handle, Literal, Module,
 use super::compile::ShaderModule;
 use crate::module::wgsl;
 
-/// The texture reads of an entry point of a module, at most; nothing of one that is not there.
+/// Returns the maximum number of texture reads on any path through an entry point; 0 if the entry point does not
+/// exist.
 pub fn texture_reads(module: &ShaderModule, entry_point: &str) -> u64 {
     wgsl::with_stack(|| {
         let parsed = wgsl::parse(&module.wgsl).ok()?;
@@ -36,7 +37,7 @@ struct Count<'m> {
 }
 
 impl Count<'_> {
-    /// Counts the texture reads of a function. The recursion ends, since WGSL functions cannot call themselves.
+    /// Counts the texture reads of a function. Recursion terminates, since WGSL functions cannot call themselves.
     fn function(&mut self, handle: Handle<Function>) -> u64 {
         if let Some(known) = self.known.get(&handle) {
             return *known;
@@ -77,7 +78,7 @@ impl Count<'_> {
         }
     }
 
-    /// The rounds of a loop that ends when a counter reaches a constant.
+    /// The number of iterations of a loop that ends when a counter reaches a constant; `None` if unknown.
     fn rounds(&self, function: &Function, body: &Block) -> Option<u64> {
         body.iter().find_map(|statement| match statement {
             Statement::If { condition, reject, .. }

@@ -14,7 +14,7 @@ use super::rejection::Rejection;
 use super::tokens::Tokens;
 use crate::codes;
 
-/// The attributes of WGSL that stand before declarations, each with the keyword of the declaration.
+/// Attributes, each with the keyword of the only declaration that allows the attribute.
 const PLACES: [(&str, &str); 9] = [
     ("vertex", "fn"),
     ("fragment", "fn"),
@@ -27,10 +27,10 @@ const PLACES: [(&str, &str); 9] = [
     ("binding", "var"),
 ];
 
-/// The largest number without a suffix.
+/// The largest allowed value of an attribute's number without a suffix.
 const MAX_NUMBER: u64 = i32::MAX.cast_unsigned() as u64;
 
-/// Rejects the first attribute that is out of place.
+/// Rejects the first attribute that its declaration does not allow.
 pub(crate) fn check(tokens: &Tokens<'_>, module: &Module) -> Result<(), Rejection> {
     (0..tokens.ranges.len()).filter(|at| tokens.word(*at) == "@").try_for_each(|at| numbers(tokens, at))?;
     let mut at = 0;
@@ -55,7 +55,7 @@ pub(crate) fn check(tokens: &Tokens<'_>, module: &Module) -> Result<(), Rejectio
     Ok(())
 }
 
-/// Rejects a number of an attribute that is too large for one without a suffix.
+/// Rejects a number without suffix that exceeds the range of `i32` in an attribute.
 fn numbers(tokens: &Tokens<'_>, at: usize) -> Result<(), Rejection> {
     let end = if tokens.word(at + 2) == "(" { tokens.closing(at + 2) } else { at };
     let is_large = |at: &usize| tokens.word(*at).parse::<u64>().is_ok_and(|value| value > MAX_NUMBER);
@@ -65,7 +65,7 @@ fn numbers(tokens: &Tokens<'_>, at: usize) -> Result<(), Rejection> {
     Err(Rejection::new(codes::WGSL_INVALID, message, place).help("write a smaller number"))
 }
 
-/// Rejects the first attribute out of place among those that stand before one keyword.
+/// Rejects the first misplaced attribute of one declaration. `attributes.end` is the index of the keyword's token.
 fn placed(tokens: &Tokens<'_>, module: &Module, attributes: Range<usize>) -> Result<(), Rejection> {
     let keyword = tokens.word(attributes.end);
     let is_attribute = |at: &usize| tokens.word(*at) == "@";
@@ -101,7 +101,7 @@ fn placed(tokens: &Tokens<'_>, module: &Module, attributes: Range<usize>) -> Res
     Ok(())
 }
 
-/// Rejects a word of the language as the name of a diagnostic rule.
+/// Rejects a reserved word as the name of a diagnostic rule.
 fn diagnostic(tokens: &Tokens<'_>, at: usize) -> Result<(), Rejection> {
     let name = tokens.word(at + 4);
     if !RESERVED.contains(&name) {
@@ -113,7 +113,7 @@ fn diagnostic(tokens: &Tokens<'_>, at: usize) -> Result<(), Rejection> {
     Err(Rejection::new(codes::WGSL_SYNTAX, message, place).help(help))
 }
 
-/// Rejects sizes and alignments that are too small for booleans: naga takes those for single bytes.
+/// Rejects `@size` and `@align` values that are too small for booleans, which naga counts as one byte.
 fn members(tokens: &Tokens<'_>, open: usize) -> Result<(), Rejection> {
     let end = tokens.closing(open);
     let mut at = open + 1;
@@ -145,7 +145,7 @@ fn members(tokens: &Tokens<'_>, open: usize) -> Result<(), Rejection> {
     Ok(())
 }
 
-/// The bytes and the alignment of a boolean, or of vectors and arrays of some.
+/// The size and the alignment in bytes of a boolean, or of a vector or array of booleans; `None` for other types.
 fn layout_of_booleans(tokens: &Tokens<'_>, ty: Range<usize>) -> Option<(u64, u64)> {
     match tokens.word(ty.start) {
         "bool" => Some((4, 4)),
@@ -161,7 +161,7 @@ fn layout_of_booleans(tokens: &Tokens<'_>, ty: Range<usize>) -> Option<(u64, u64
     }
 }
 
-/// The type of a literal with a suffix or an exponent, or of a constant of the module by its name.
+/// The scalar kind of a literal, or of a module-scope constant or override with this name; `None` if unknown.
 pub(super) fn kind_of(word: &str, module: &Module) -> Option<ScalarKind> {
     if word.starts_with(|first: char| first.is_ascii_digit()) {
         return match word.chars().next_back()? {

@@ -11,7 +11,7 @@ use std::ops::Range;
 use super::rejection::{Rejection, Scope};
 use crate::codes;
 
-/// The longest text of one module, in bytes.
+/// The maximum size of one module in bytes.
 pub(crate) const MAX_BYTES: usize = 4 << 20;
 /// The maximum number of operators in one expression.
 const MAX_OPERATORS: usize = 8_192;
@@ -22,7 +22,7 @@ const MAX_BRANCHES: usize = 8_192;
 /// The maximum number of statements of one module.
 const MAX_STATEMENTS: usize = 32_768;
 
-/// Rejects a text that exceeds a limit.
+/// Rejects WGSL that exceeds a limit.
 pub(crate) fn check(text: &str) -> Result<(), Rejection> {
     if text.len() > MAX_BYTES {
         return Err(rejection("the module is larger than 4 MiB", 0));
@@ -80,13 +80,13 @@ pub(crate) fn check(text: &str) -> Result<(), Rejection> {
     Ok(())
 }
 
-/// The number of statements of a declaration, or more; `None` if it exceeds a limit by itself.
+/// An upper bound on the number of statements in a declaration; `None` if the declaration alone exceeds a limit.
 pub(crate) fn statements(declaration: &str) -> Option<usize> {
     check(declaration).ok()?;
     Some(declaration.bytes().filter(|byte| *byte == b';').count())
 }
 
-/// Whether a text of declarations with so many statements exceeds no limit.
+/// Returns `true` if a module meets all limits. `statements` holds the count of each declaration.
 pub(crate) fn is_small(text: &str, statements: impl Iterator<Item = Option<usize>>) -> bool {
     let add = |(count, sum): (usize, usize), each: Option<usize>| Some((count + 1, sum + each?));
     let all = statements.into_iter().try_fold((0, 0), add);
@@ -94,8 +94,8 @@ pub(crate) fn is_small(text: &str, statements: impl Iterator<Item = Option<usize
         && all.is_some_and(|(count, sum)| count <= MAX_DECLARATIONS && sum <= MAX_STATEMENTS)
 }
 
-/// Whether a text has too few operators, statements and blocks altogether to exceed any limit; a quick look at all
-/// bytes.
+/// Returns `true` if so few operators, statements and blocks occur that no limit can be exceeded. This is a fast scan
+/// of the bytes.
 fn is_far_below(bytes: &[u8]) -> bool {
     let (mut operators, mut ends) = (0, 0);
     for chunk in bytes.chunks(255) {
@@ -114,7 +114,8 @@ fn is_far_below(bytes: &[u8]) -> bool {
     operators <= MAX_OPERATORS && ends <= MAX_DECLARATIONS.min(MAX_BRANCHES)
 }
 
-/// The words of a text (names, keywords, numbers) and all other bytes but white space, in order; comments are left out.
+/// Iterates over the byte ranges of words (names, keywords, numbers) and of single other characters. White space and
+/// comments are skipped.
 pub(crate) fn words(text: &str) -> impl Iterator<Item = Range<usize>> {
     let bytes = text.as_bytes();
     let mut at = 0;
@@ -140,13 +141,12 @@ pub(crate) fn words(text: &str) -> impl Iterator<Item = Range<usize>> {
     })
 }
 
-/// Whether a byte is part of a name or number; names hold letters of any script.
+/// Returns `true` if a byte is part of a name or number; names may contain letters of any script.
 pub(crate) fn is_of_word(byte: &u8) -> bool {
     byte.is_ascii_alphanumeric() || *byte == b'_' || !byte.is_ascii()
 }
 
-/// The end of the comment between `/*` and `*/` that begins at a place, with those inside it; `None` for one that is
-/// not closed.
+/// The byte offset of the end of the block comment at `start`, including nested comments; `None` if it is not closed.
 pub(super) fn comment_end(bytes: &[u8], start: usize) -> Option<usize> {
     let (mut at, mut depth) = (start, 0_usize);
     loop {

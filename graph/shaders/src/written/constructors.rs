@@ -16,10 +16,10 @@ use super::rejection::Rejection;
 use super::tokens::{Tokens, is_name};
 use crate::codes;
 
-/// Four bytes each, so many fill all that 32 bits count.
+/// The maximum number of elements of four bytes whose total size fits in 32 bits.
 const MAX_WORDS: usize = (1 << 30) - 1;
 
-/// Rejects the first constructor with too few or too many arguments, or with numbers of another type.
+/// Rejects the first constructor with a wrong number of arguments, or with numbers of a wrong type.
 pub(crate) fn check(tokens: &Tokens<'_>, module: &Module) -> Result<(), Rejection> {
     (0..tokens.ranges.len()).try_for_each(|at| {
         let before = at.checked_sub(1).map_or("", |before| tokens.word(before));
@@ -100,7 +100,7 @@ fn array(tokens: &Tokens<'_>, module: &Module, at: usize) -> Result<(), Rejectio
     arguments.iter().try_for_each(|argument| number(tokens, module, argument, kind))
 }
 
-/// A vector or matrix of several parts: they are of its type.
+/// Checks that all arguments of a vector or matrix constructor have its scalar type.
 fn vector(tokens: &Tokens<'_>, module: &Module, at: usize) -> Result<(), Rejection> {
     let word = tokens.word(at);
     let (kind, open) = if tokens.lists.contains(&(at + 1)) {
@@ -117,7 +117,7 @@ fn vector(tokens: &Tokens<'_>, module: &Module, at: usize) -> Result<(), Rejecti
     all.iter().try_for_each(|argument| number(tokens, module, argument, kind))
 }
 
-/// The number that a word is, or that a constant of that name is declared with.
+/// The value of an integer literal, or of a constant with this name that is declared as a literal.
 fn size(tokens: &Tokens<'_>, word: &str) -> Option<usize> {
     let number = |word: &str| {
         let digits = word.trim_end_matches(['u', 'i']);
@@ -134,7 +134,7 @@ fn size(tokens: &Tokens<'_>, word: &str) -> Option<usize> {
     number(word).or_else(value)
 }
 
-/// The tokens of each argument between brackets; none where no bracket opens.
+/// The token indices of each argument in the parentheses at `open`; empty if no parenthesis opens there.
 fn arguments(tokens: &Tokens<'_>, open: usize) -> Vec<Range<usize>> {
     if tokens.word(open) != "(" {
         return Vec::new();
@@ -161,7 +161,7 @@ fn arguments(tokens: &Tokens<'_>, open: usize) -> Vec<Range<usize>> {
     found
 }
 
-/// Rejects an argument of another type than its place.
+/// Rejects an argument whose scalar type differs from `wanted`.
 fn number(
     tokens: &Tokens<'_>,
     module: &Module,
@@ -180,7 +180,8 @@ fn is_number(tokens: &Tokens<'_>, argument: &Range<usize>) -> bool {
     argument.len() == 1 && tokens.word(argument.start).starts_with(|first: char| first.is_ascii_digit())
 }
 
-/// The type of an argument that is a number with a suffix, a constant of the module, or a value of a named type.
+/// The scalar kind of an argument that is a literal, a constant of the module or a constructor call; `None` if
+/// unknown.
 fn kind_of(tokens: &Tokens<'_>, module: &Module, argument: &Range<usize>) -> Option<ScalarKind> {
     let first = argument.start + usize::from(tokens.word(argument.start) == "-");
     let word = tokens.word(first);
@@ -200,7 +201,7 @@ fn kind_of(tokens: &Tokens<'_>, module: &Module, argument: &Range<usize>) -> Opt
     kind_of_type(if is_list && word.starts_with("vec") { tokens.word(first + 2) } else { word })
 }
 
-/// The type of the numbers of a scalar or vector by its name.
+/// The scalar kind of a scalar, vector or matrix type with this name; `None` if unknown.
 fn kind_of_type(word: &str) -> Option<ScalarKind> {
     let suffix = word.strip_prefix("vec").or_else(|| word.strip_prefix("mat"));
     match (word, suffix.and_then(|suffix| suffix.chars().next_back())) {

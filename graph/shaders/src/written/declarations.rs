@@ -11,48 +11,49 @@ use std::ops::Range;
 
 use super::complexity::{comment_end, is_of_word, words};
 
-/// The kinds of declarations that differ in what others see of them.
+/// The kind of a declaration at module scope.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kind {
-    /// `enable`, `requires`, `diagnostic`: everything in the text sees it.
+    /// `enable`, `requires` or `diagnostic`: affects all declarations of the module.
     Directive,
-    /// A function that can be called: others see its signature and what it does.
+    /// A function that is no entry point: callers depend on its signature and its summary.
     Function,
     EntryPoint,
-    /// A variable: part of the interface of the module.
+    /// A variable at module scope.
     Variable,
-    /// An override: part of it too.
+    /// A pipeline-overridable constant.
     Override,
-    /// A structure, alias, constant, or anything else: others see all of it.
+    /// A structure, alias, constant or anything else: dependent declarations depend on all of it.
     Other,
 }
 
-/// A declaration, taken by itself.
+/// A declaration, parsed without the rest of its module.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Declaration {
     pub(crate) kind: Kind,
     pub(crate) name: Option<String>,
-    /// The bytes of a function before its body, and of anything else all.
+    /// The number of bytes before the body of a function; for other declarations, the number of all bytes.
     pub(crate) header: usize,
-    /// The names in the header, sorted, each once; its own, names of parameters and of members are left out.
+    /// The distinct names in the header, sorted. The declaration's own name and those of parameters and members are
+    /// left out.
     pub(crate) in_header: Vec<String>,
-    /// The names in the whole.
+    /// The distinct names in the whole declaration, sorted.
     pub(crate) mentions: Vec<String>,
-    /// Whether it speaks of pointers to variables of the module, or is a workgroup variable, an immediate or a numbered
-    /// override: a module with it is valid or not as a whole.
+    /// Whether the declaration can only be validated with its whole module. It has pointers to module-scope memory, or
+    /// is a workgroup variable, an immediate or a numbered override.
     pub(crate) is_of_whole: bool,
 }
 
-/// A text with the bytes of its declarations, in order, without the space and the comments before each.
+/// WGSL with the byte ranges of its declarations in order, each without preceding white space and comments.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Split {
     pub(crate) text: String,
     pub(crate) ranges: Vec<Range<usize>>,
-    /// Whether the last declaration ends before the text does.
+    /// Whether the last declaration is complete.
     is_closed: bool,
 }
 
-/// The numbers of declarations, first and last ones, that a text has in common with the one before.
+/// The numbers of declarations at the start and at the end of a module that equal those of the previous one.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Common {
     pub(crate) first: usize,
@@ -60,8 +61,8 @@ pub(crate) struct Common {
 }
 
 impl Split {
-    /// Splits a text that differs in few places from the one before; `None` for one that is not split, with nothing
-    /// left of the one before.
+    /// Splits WGSL and reuses the ranges of declarations in common with the previous module. If it cannot be split,
+    /// returns `None` and clears the state.
     pub(crate) fn go_on(&mut self, text: String) -> Option<Common> {
         let before = std::mem::take(self);
         let (old, new) = (before.text.as_bytes(), text.as_bytes());
@@ -86,7 +87,7 @@ impl Split {
     }
 }
 
-/// The bytes that two texts have in common at the beginning and at the end, without overlap.
+/// The lengths in bytes of the common prefix and suffix of two byte strings, without overlap.
 fn in_common(one: &[u8], other: &[u8]) -> (usize, usize) {
     const PIECE: usize = 64;
     let pieces = one.chunks_exact(PIECE).zip(other.chunks_exact(PIECE));
@@ -101,15 +102,16 @@ fn in_common(one: &[u8], other: &[u8]) -> (usize, usize) {
     (prefix, whole + bytes.take_while(|(one, other)| one == other).count())
 }
 
-/// The declarations of a text; `None` for a text that is not split.
+/// The byte ranges of the declarations of a module; `None` if it cannot be split.
 pub(crate) fn split(text: &str) -> Option<Vec<Range<usize>>> {
     let mut found = Vec::new();
     split_from(text.as_bytes(), 0, &mut found, |_| None)?;
     Some(found)
 }
 
-/// Adds the declarations of a text from a place between two of them on, until one ends where all that follows is
-/// `known`; whether the last one is closed, and what is known there.
+/// Adds the ranges of the declarations from offset `at`. Stops at the first declaration whose end is `known`.
+///
+/// Returns whether the last declaration is complete, and the result of `known`. `None` if the module cannot be split.
 fn split_from(
     bytes: &[u8],
     mut at: usize,
@@ -164,7 +166,7 @@ fn is_directive(declaration: &[u8]) -> bool {
     ["enable", "requires", "diagnostic"].iter().any(|word| declaration.starts_with(word.as_bytes()))
 }
 
-/// The end of the comment that begins at a place; `None` for one that is not closed.
+/// The byte offset of the end of the comment at `start`; `None` if it is not closed.
 fn comment(bytes: &[u8], start: usize) -> Option<usize> {
     if bytes.get(start + 1) != Some(&b'*') {
         let length = bytes[start..].iter().position(|byte| *byte == b'\n');
@@ -173,7 +175,7 @@ fn comment(bytes: &[u8], start: usize) -> Option<usize> {
     comment_end(bytes, start)
 }
 
-/// Whether a comment has a character that ends a line of WGSL and is no `\n`, or a null character.
+/// Returns `true` if a comment contains a null character, or a WGSL line break that is neither `\n` nor `\r\n`.
 fn has_other_line_end(comment: &[u8]) -> bool {
     let ends = |window: &[u8]| matches!(window, [0xc2, 0x85] | [b'\r', 0..=9 | 11..]);
     comment.iter().any(|byte| matches!(byte, 0 | 0x0b | 0x0c))
@@ -182,7 +184,7 @@ fn has_other_line_end(comment: &[u8]) -> bool {
 }
 
 impl Declaration {
-    /// Splits a declaration into its parts.
+    /// Parses a declaration.
     pub(crate) fn new(text: &str) -> Self {
         let tokens: Vec<&str> = words(text).map(|range| &text[range]).collect();
         let keyword = after_attributes(&tokens);
@@ -255,7 +257,7 @@ fn is_name(token: &str) -> bool {
     token.bytes().next().is_some_and(|first| is_of_word(&first) && !first.is_ascii_digit())
 }
 
-/// The index of the first token that belongs to no attribute.
+/// The index of the first token after the attributes.
 fn after_attributes(tokens: &[&str]) -> usize {
     let mut at = 0;
     while tokens.get(at) == Some(&"@") {

@@ -14,7 +14,7 @@ use super::complexity;
 use super::rejection::Rejection;
 use umbragraph_text::diagnostic::suggested_name;
 
-/// Moves a rejection to the bracket that provoked it, or adds the name that was meant.
+/// Moves a rejection to the unmatched bracket that caused it, or suggests the intended name.
 pub(crate) fn improve(text: &str, mut rejection: Rejection) -> Rejection {
     // Identifiers, keywords and brackets.
     let is_word = |range: &Range<usize>| {
@@ -36,7 +36,7 @@ pub(crate) fn improve(text: &str, mut rejection: Rejection) -> Rejection {
     rejection
 }
 
-/// The structs of a text where a type is unknown.
+/// A list of the declared structures if the rejection is an unknown type name; otherwise `None`.
 fn structs(text: &str, rejection: &Rejection, words: &[Range<usize>]) -> Option<String> {
     let at = rejection.range.as_ref().filter(|_| rejection.message.starts_with("no definition in scope"))?;
     text.get(..at.start)?.trim_end().ends_with([':', '<', '>']).then_some(())?;
@@ -72,7 +72,7 @@ fn unmatched(text: &str, words: &[Range<usize>]) -> Option<(Range<usize>, String
     open.first().map(|last| never_closed(last))
 }
 
-/// The name that was probably meant by the unknown one that a message quotes, and where it stands first.
+/// The name in the module most similar to the unknown name in a message, with its first byte range.
 fn suggested<'t>(text: &'t str, message: &str, words: &[Range<usize>]) -> Option<(&'t str, Range<usize>)> {
     const UNKNOWN: [&str; 3] = ["no definition in scope", "unknown type", "invalid field accessor"];
     if !UNKNOWN.iter().any(|start| message.starts_with(start)) {

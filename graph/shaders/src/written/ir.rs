@@ -5,13 +5,13 @@ use naga::{
     SwitchCase, Type, TypeInner,
 };
 
-/// The functions of a module, then its entry points.
+/// Iterates over the functions of a module, then over the functions of its entry points.
 pub(crate) fn functions(module: &Module) -> impl Iterator<Item = &Function> {
     let functions = module.functions.iter().map(|(_, function)| function);
     functions.chain(module.entry_points.iter().map(|entry_point| &entry_point.function))
 }
 
-/// The blocks of which a statement consists.
+/// Iterates over the blocks directly inside a statement.
 pub(crate) fn blocks(statement: &Statement) -> impl Iterator<Item = &Block> {
     let (first, second, cases): (_, _, &[SwitchCase]) = match statement {
         Statement::Block(inner) => (Some(inner), None, &[]),
@@ -23,7 +23,7 @@ pub(crate) fn blocks(statement: &Statement) -> impl Iterator<Item = &Block> {
     first.into_iter().chain(second).chain(cases.iter().map(|case| &case.body))
 }
 
-/// The expression that decides which blocks of a statement run, or how often.
+/// The expression that decides which blocks of a statement run, or whether a loop ends.
 pub(crate) fn condition(statement: &Statement) -> Option<Handle<Expression>> {
     match statement {
         Statement::If { condition, .. } => Some(*condition),
@@ -33,7 +33,8 @@ pub(crate) fn condition(statement: &Statement) -> Option<Handle<Expression>> {
     }
 }
 
-/// The operands of an expression, but for the offset of a sample, which is constant; `None` for what is not known here.
+/// Iterates over the operands of an expression, except for the constant offset of a texture sample. `None` for
+/// unsupported kinds of expressions.
 pub(crate) fn operands(expression: &Expression) -> Option<impl Iterator<Item = Handle<Expression>>> {
     let mut components: &[Handle<Expression>] = &[];
     let mut operands = [None; 7];
@@ -83,7 +84,7 @@ pub(crate) fn operands(expression: &Expression) -> Option<impl Iterator<Item = H
     Some(operands.into_iter().flatten().chain(components.iter().copied()))
 }
 
-/// The root of a chain of indices and members, such as the variable behind a pointer.
+/// The start of a chain of indices and members, such as the variable that a pointer refers to.
 pub(crate) fn base(function: &Function, mut part: Handle<Expression>) -> Handle<Expression> {
     while let Expression::Access { base, .. } | Expression::AccessIndex { base, .. } =
         function.expressions[part]
@@ -93,7 +94,7 @@ pub(crate) fn base(function: &Function, mut part: Handle<Expression>) -> Handle<
     part
 }
 
-/// The type of the variable or argument that an image comes from.
+/// The type of the variable or argument that holds an image; `None` for other expressions.
 pub(crate) fn image<'m>(
     module: &'m Module,
     function: &Function,
@@ -107,12 +108,12 @@ pub(crate) fn image<'m>(
     Some(&module.types[ty].inner)
 }
 
-/// Something with a binding (a location or a built-in) that an entry point takes or returns.
+/// An input or output of an entry point with a binding: a location or a built-in value.
 pub(crate) struct Bound<'m> {
     pub(crate) name: &'m str,
     pub(crate) ty: Handle<Type>,
     pub(crate) binding: &'m naga::Binding,
-    /// The structure that it is a member of.
+    /// The structure with this member; `None` for an argument or result itself.
     pub(crate) owner: Option<Handle<Type>>,
 }
 
@@ -121,7 +122,7 @@ pub(crate) fn inputs<'m>(module: &'m Module, function: &'m Function) -> Vec<Boun
     function.arguments.iter().flat_map(|argument| inputs_of(module, argument)).collect()
 }
 
-/// The inputs that one argument of an entry point contains.
+/// The inputs in one argument of an entry point: the argument itself or its members.
 pub(crate) fn inputs_of<'m>(module: &'m Module, argument: &'m FunctionArgument) -> Vec<Bound<'m>> {
     bound(module, argument.name.as_deref(), argument.ty, argument.binding.as_ref())
 }

@@ -7,7 +7,7 @@
 
 use super::rejection::Rejection;
 
-/// A part of naga's message, the name of what it does not know, and a way without it.
+/// WGSL features that naga does not support: a part of naga's message, the feature's name, and a workaround.
 const KNOWN: [(&str, &str, &str); 11] = [
     (
         "which can't be passed into functions",
@@ -58,7 +58,7 @@ const KNOWN: [(&str, &str, &str); 11] = [
     ),
 ];
 
-/// Adds what naga does not know to a rejection by naga, if it is that.
+/// Adds the unsupported feature and a workaround to a rejection by naga, if the message matches [`KNOWN`].
 pub(crate) fn explain(text: &str, rejection: Rejection) -> Rejection {
     let is_swizzle = || {
         let written = rejection.range.clone().and_then(|range| text.get(range)).unwrap_or_default();

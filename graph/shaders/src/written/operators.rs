@@ -83,13 +83,13 @@ pub(crate) fn check(tokens: &Tokens<'_>) -> Result<(), Rejection> {
     open.iter().try_for_each(|operators| allowed(text, operators))
 }
 
-/// Ends an expression within the same brackets.
+/// Checks the operators of an expression that ends inside the current brackets.
 fn end(text: &str, open: &mut [Vec<Operator>]) -> Result<(), Rejection> {
     let Some(operators) = open.last_mut() else { return Ok(()) };
     allowed(text, &std::mem::take(operators))
 }
 
-/// Ends the innermost brackets.
+/// Checks the operators of an expression that ends with the innermost brackets.
 fn close(text: &str, open: &mut Vec<Vec<Operator>>) -> Result<(), Rejection> {
     let operators = open.pop().unwrap_or_default();
     if open.is_empty() {
@@ -98,7 +98,7 @@ fn close(text: &str, open: &mut Vec<Vec<Operator>>) -> Result<(), Rejection> {
     allowed(text, &operators)
 }
 
-/// Rejects operators of one level that do not go together.
+/// Rejects operators of one level that need parentheses.
 fn allowed(text: &str, operators: &[Operator]) -> Result<(), Rejection> {
     let word = |at: usize| &text[operators[at].clone()];
     let is = |at: usize, of: &[&str]| of.contains(&word(at));
@@ -157,7 +157,7 @@ fn rejection(text: &str, first: &Operator, second: &Operator) -> Rejection {
     rejection
 }
 
-/// The place of an operator in C's order of precedence; the highest is read first.
+/// The precedence of an operator in C; operators with higher values bind tighter.
 fn tightness(operator: &str) -> usize {
     const ORDER: [&[&str]; 9] = [
         &["||"],

@@ -9,43 +9,44 @@ use crate::codes;
 use umbragraph_text::diagnostic::{AxisValues, Code, Diagnostic, Place};
 use umbragraph_text::source::{self, FileId};
 
-/// Why a text was rejected, in terms of that text.
+/// The reason to reject generated WGSL, with places in the generated code.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Rejection {
     pub(crate) code: Code,
     pub(crate) message: String,
-    /// The place, as a byte range of the generated text.
+    /// The byte range in the generated WGSL; `None` if the place is unknown.
     pub(crate) range: Option<Range<usize>>,
-    /// Further places, each with a note.
+    /// Further byte ranges in the generated WGSL, each with a note.
     pub(crate) labels: Vec<(Range<usize>, String)>,
     pub(crate) help: Option<String>,
-    /// Whether it is a warning: valid, but better avoided.
+    /// Whether this is a warning: the WGSL is valid, but better avoided.
     pub(crate) warning: bool,
-    /// The exceeded limit, if that is the cause.
+    /// The exceeded limit; `None` for other causes.
     pub(crate) excess: Option<Excess>,
-    /// The override values that cause it, if others do not.
+    /// The override values that cause the rejection; empty if it does not depend on overrides.
     pub(crate) overrides: AxisValues,
     pub(crate) scope: Scope,
 }
 
-/// The part of a text that is rejected: every text that has the same part is rejected as well.
+/// The part of a module that is rejected: every module with the same part is rejected as well.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Scope {
-    /// The declaration at the place of the rejection, with what it refers to.
+    /// The declaration at the place of the rejection, including what it depends on.
     #[default]
     Declaration,
-    /// The entry point of this name, with what it sees of all that it calls.
+    /// The entry point with this name, including the functions that it calls.
     EntryPoint(String),
-    /// The entry points together, with all that they use.
+    /// All entry points together, with the resources that they use.
     Interface,
-    /// No part is known.
+    /// The whole module, since the cause cannot be attributed to a part.
     Text,
 }
 
-/// More of something than a profile guarantees.
+/// An exceeded limit of a target profile.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Excess {
-    /// The subject: two excesses of one thing at one place have one cause, however large each is.
+    /// A key for the limited quantity: excesses with the same key and place have one root cause, whatever their
+    /// amounts.
     pub(crate) of: String,
     pub(crate) found: u64,
 }
@@ -73,7 +74,7 @@ impl Rejection {
         Self { help: Some(help.into()), ..self }
     }
 
-    /// The diagnostic in the template. `template` is where it falls if the text cannot be mapped.
+    /// Creates the diagnostic in the template. `template` is the file to use if the range cannot be mapped.
     pub(crate) fn to_diagnostic(&self, text: &str, map: &TextMap, template: FileId) -> Diagnostic {
         let span = self.range.clone().and_then(|range| map.span(range));
         let span = span.unwrap_or(source::Span::new(template, 0..0));
@@ -92,7 +93,7 @@ impl Rejection {
     }
 }
 
-/// `generated line 12: let x = 1;`
+/// The generated line at a byte offset, as a message: `generated line 12: let x = 1;`.
 pub(crate) fn generated_line(text: &str, offset: usize) -> String {
     let bytes = text.as_bytes();
     let offset = offset.min(bytes.len());
@@ -103,7 +104,7 @@ pub(crate) fn generated_line(text: &str, offset: usize) -> String {
     format!("generated line {number}: {line}")
 }
 
-/// One line without numbers of handles: `Expression [12] is invalid` reads `Expression is invalid`.
+/// Joins a message into one line without handle indices: `Expression [12] is invalid` becomes `Expression is invalid`.
 pub(crate) fn one_line(text: &str) -> String {
     let mut line = String::with_capacity(text.len());
     let mut rest = text;

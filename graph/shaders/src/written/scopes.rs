@@ -29,13 +29,13 @@ enum Kind {
 
 struct Block {
     kind: Kind,
-    /// The declared names by their tokens, and whether each is a constant.
+    /// The declared names: index of the token, and whether the name is a constant.
     names: Vec<(usize, bool)>,
-    /// The first `continue` that leads to the end of this loop.
+    /// The token index of the first `continue` of this loop; `None` if there is none.
     left_at: Option<usize>,
 }
 
-/// Rejects the first name that is used where it cannot be.
+/// Rejects the first use of a name that WGSL does not allow at its place.
 pub(crate) fn check(tokens: &Tokens<'_>) -> Result<(), Rejection> {
     let is_needed = |word: &str| word == "case" || word == "continuing";
     if !(0..tokens.ranges.len()).any(|at| is_needed(tokens.word(at))) {
@@ -76,7 +76,7 @@ pub(crate) fn check(tokens: &Tokens<'_>) -> Result<(), Rejection> {
     Ok(())
 }
 
-/// Rejects names of values among the selectors of a case.
+/// Rejects names of variables or `let` values among the selectors of a `case`.
 fn case(tokens: &Tokens<'_>, blocks: &[Block], case: usize) -> Result<(), Rejection> {
     for at in case + 1..tokens.ranges.len() {
         let word = tokens.word(at);
@@ -99,7 +99,7 @@ fn case(tokens: &Tokens<'_>, blocks: &[Block], case: usize) -> Result<(), Reject
     Ok(())
 }
 
-/// Rejects a name in a `continuing` block that a `continue` of its loop comes before.
+/// Rejects a name in a `continuing` block if an earlier `continue` of its loop skips the name's declaration.
 fn bypassed(tokens: &Tokens<'_>, blocks: &[Block], at: usize) -> Result<(), Rejection> {
     let word = tokens.word(at);
     for pair in blocks.windows(2).filter(|pair| pair[1].kind == Kind::Continuing) {

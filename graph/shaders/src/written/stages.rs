@@ -20,7 +20,7 @@ use super::ir::{self, Bound};
 use super::rejection::{Rejection, Scope};
 use crate::codes;
 
-/// A variable between stages.
+/// An inter-stage variable.
 struct Variable<'a> {
     bound: Bound<'a>,
     location: u32,
@@ -43,7 +43,7 @@ fn variables(all: Vec<Bound<'_>>) -> Vec<Variable<'_>> {
     found
 }
 
-/// Fragment inputs without an equal output of the vertex stage.
+/// Returns rejections of fragment inputs without a matching output of the vertex stage.
 pub(crate) fn mismatched(text: &str, module: &Module) -> Vec<Rejection> {
     let of = |stage: ShaderStage| {
         let mut those: Vec<_> = module.entry_points.iter().filter(|entry| entry.stage == stage).collect();
@@ -128,7 +128,7 @@ impl Pair<'_> {
     }
 }
 
-/// The declaration of a variable: a structure member or an argument, else its entry point.
+/// The byte range of a variable's declaration (a structure member or an argument), or else of its entry point's name.
 fn place(text: &str, module: &Module, variable: &Bound<'_>, name: &str) -> Option<Range<usize>> {
     let entry_point = entry_point(text, name);
     let within = match variable.owner {
@@ -152,7 +152,7 @@ fn interpolation(variable: &Variable<'_>) -> String {
     format!("with @interpolate({}{})", interpolation.to_wgsl(), sampling.unwrap_or_default())
 }
 
-/// The place of an entry point's name: naga keeps no span of it.
+/// The byte range of an entry point's name, found in the source since naga stores no span for it.
 pub(crate) fn entry_point(text: &str, name: &str) -> Option<Range<usize>> {
     words(text, name).find(|range| {
         let before = text[..range.start].trim_end();
@@ -160,7 +160,7 @@ pub(crate) fn entry_point(text: &str, name: &str) -> Option<Range<usize>> {
     })
 }
 
-/// The `@workgroup_size` attribute of an entry point.
+/// The byte range of `@workgroup_size` before an entry point; `None` if there is none.
 pub(crate) fn workgroup_size(text: &str, name: &str) -> Option<Range<usize>> {
     const ATTRIBUTE: &str = "@workgroup_size";
     let before = &text[..entry_point(text, name)?.start];
@@ -169,7 +169,7 @@ pub(crate) fn workgroup_size(text: &str, name: &str) -> Option<Range<usize>> {
     Some(at..at + ATTRIBUTE.len())
 }
 
-/// The first variable between stages of an entry point that is one too many, or its last.
+/// The byte range of the first inter-stage variable of an entry point that exceeds `allowed`, or else of the last one.
 pub(crate) fn variable_beyond(
     text: &str,
     module: &Module,
@@ -186,7 +186,7 @@ pub(crate) fn variable_beyond(
     place(text, module, &beyond.or(variables.last())?.bound, &entry.name)
 }
 
-/// The places of a name as a whole word; none of nothing.
+/// Iterates over the byte ranges at which a name occurs as a separate word. Empty for an empty name.
 pub(crate) fn words<'t>(text: &'t str, name: &'t str) -> impl Iterator<Item = Range<usize>> + 't {
     let is_word = |byte: Option<&u8>| byte.is_some_and(complexity::is_of_word);
     let bytes = text.as_bytes();

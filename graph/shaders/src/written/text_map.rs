@@ -10,32 +10,32 @@ use std::ops::Range;
 
 use umbragraph_text::source::{FileId, Span};
 
-/// A generated text with its map.
+/// Generated WGSL with the map to its templates.
 #[derive(Clone, Debug)]
 pub(crate) struct Source {
     pub(crate) wgsl: String,
     pub(crate) map: TextMap,
 }
 
-/// A piece of generated text and where it came from.
+/// A piece of generated WGSL with its origin.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Segment {
-    /// Its first byte in the generated text.
+    /// The byte offset of the piece in the generated WGSL.
     pub(crate) start: u32,
-    /// Its origin; `None` where nothing is known.
+    /// The origin in a template; `None` if unknown.
     pub(crate) origin: Option<Origin>,
 }
 
-/// The origin of a piece of generated text.
+/// The origin of a piece of generated WGSL.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Origin {
-    /// Copied byte for byte from this place on.
+    /// Copied literally from a file, starting at this byte offset.
     Literal(FileId, u32),
-    /// Written by the tag at this place.
+    /// Written by the template tag with this span.
     Tag(Span),
 }
 
-/// The map of one generated text.
+/// The map from byte offsets of generated WGSL to places in templates.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct TextMap {
     pub(crate) segments: Vec<Segment>,
@@ -43,9 +43,11 @@ pub struct TextMap {
 }
 
 impl TextMap {
-    /// The template span for a byte range of the generated text: exact for literal text, the tag for what an expression
-    /// wrote. A range over several pieces maps to the part of it in the first piece, or from its first to its last byte
-    /// where both are literal text of one file in order.
+    /// Returns the template span for a byte range of the generated WGSL; `None` if unknown. Literal text maps exactly,
+    /// the output of an expression maps to its tag.
+    ///
+    /// A range over several pieces maps to its part in the first piece. If first and last piece are literal text of
+    /// one file in order, it maps from the first to the last byte.
     pub fn span(&self, range: Range<usize>) -> Option<Span> {
         let range = range.start.min(self.length as usize)..range.end;
         let at = self.index(range.start)?;
@@ -66,7 +68,8 @@ impl TextMap {
         }
     }
 
-    /// The template place of one byte of the generated text; behind the last one there is no byte, but a place.
+    /// Returns the template place of one byte of the generated WGSL; `None` if unknown. After the last byte, the place
+    /// is an empty span.
     pub fn place(&self, offset: usize) -> Option<Span> {
         let offset = offset.min(self.length as usize);
         let at = self.index(offset)?;
@@ -79,7 +82,8 @@ impl TextMap {
         }
     }
 
-    /// The pieces in the order of the generated text: their bytes in it, and the template span they came from.
+    /// Iterates over the pieces of the generated WGSL in order: the byte range, and the template span (`None` if
+    /// unknown).
     pub fn pieces(&self) -> impl Iterator<Item = (Range<usize>, Option<Span>)> {
         self.segments.iter().enumerate().map(|(at, segment)| {
             let range = segment.start as usize..self.end(at);
@@ -91,7 +95,7 @@ impl TextMap {
         })
     }
 
-    /// The pieces of a part of the text, cut to it, each with the origin of its first byte.
+    /// Iterates over the pieces in a byte range, clipped to it, each with the origin of its first byte.
     pub(crate) fn part(&self, part: Range<usize>) -> impl Iterator<Item = (Range<usize>, Option<Origin>)> {
         let first = self.index(part.start).unwrap_or_default();
         let cut = move |at: usize| {

@@ -10,19 +10,19 @@ use std::ops::Range;
 
 use super::complexity;
 
-/// Words that are no operand, so that a sign after them has one operand.
+/// Keywords that cannot end an operand, so that a following sign is unary.
 pub(super) const KEYWORDS: [&str; 10] =
     ["return", "if", "else", "while", "switch", "case", "let", "const", "const_assert", "in"];
 
-/// Tokens of two bytes, but for those that begin with `>`, which may end a template list.
+/// Operators of two bytes. Those that begin with `>` are left out, since `>` may end a template list.
 const PAIRS: [&str; 17] =
     ["&&", "||", "<<", "<=", "==", "!=", "->", "++", "--", "+=", "-=", "*=", "/=", "%=", "&=", "|=", "^="];
 
-/// The tokens of a text that naga has parsed.
+/// The tokens of a WGSL module.
 pub(crate) struct Tokens<'t> {
     pub(crate) text: &'t str,
     pub(crate) ranges: Vec<Range<usize>>,
-    /// The tokens that begin and end template lists.
+    /// The indices of the `<` and `>` tokens that delimit template lists.
     pub(crate) lists: HashSet<usize>,
 }
 
@@ -33,12 +33,12 @@ impl<'t> Tokens<'t> {
         Self { text, ranges, lists }
     }
 
-    /// A token by its index; nothing beyond the last.
+    /// Returns the token at an index, or an empty string after the last token.
     pub(crate) fn word(&self, at: usize) -> &'t str {
         self.ranges.get(at).map_or("", |range| &self.text[range.clone()])
     }
 
-    /// The index of the bracket that closes the one at an index, or of the end.
+    /// The index of the bracket that closes the one at `open`, or the number of tokens if it is not closed.
     pub(crate) fn closing(&self, open: usize) -> usize {
         let mut depth = 0_usize;
         for at in open..self.ranges.len() {
@@ -54,7 +54,7 @@ impl<'t> Tokens<'t> {
         self.ranges.len()
     }
 
-    /// Whether a name may be another thing in a function than in the module: a value or a parameter.
+    /// Returns `true` if a name is declared at least twice in the module, as a value, parameter or member.
     pub(crate) fn is_declared_twice(&self, name: &str) -> bool {
         let is_declared = |at: &usize| {
             let before = at.checked_sub(1).map_or("", |before| self.word(before));
@@ -64,7 +64,7 @@ impl<'t> Tokens<'t> {
         (0..self.ranges.len()).filter(is_declared).nth(1).is_some()
     }
 
-    /// The index of the comma behind the type of a member, or of the end of the structure.
+    /// The index of the comma after a member's type, or `end` if there is none.
     pub(super) fn after_member(&self, ty: usize, end: usize) -> usize {
         let mut depth = 0_usize;
         for at in ty..end {
@@ -78,7 +78,7 @@ impl<'t> Tokens<'t> {
         end
     }
 
-    /// The index behind the attributes that begin at an index.
+    /// The index of the first token after the attributes that begin at `at`.
     pub(crate) fn after_attributes(&self, mut at: usize) -> usize {
         while self.word(at) == "@" {
             at += 2;
@@ -90,17 +90,17 @@ impl<'t> Tokens<'t> {
     }
 }
 
-/// Whether a token is a name, and none of the words that end an operand.
+/// Returns `true` if a token is a name or a keyword other than those in [`KEYWORDS`].
 pub(crate) fn is_name(word: &str) -> bool {
     word.starts_with(|first: char| first.is_alphabetic() || first == '_') && !KEYWORDS.contains(&word)
 }
 
-/// Whether a token assigns.
+/// Returns `true` if a token is an assignment operator.
 pub(super) fn is_assignment(word: &str) -> bool {
     word.ends_with('=') && !["==", "!=", "<=", ">="].contains(&word)
 }
 
-/// Names, numbers, and operators of one or two bytes.
+/// Splits WGSL into names, numbers, and operators of one or two bytes. Returns their byte ranges.
 fn tokens(text: &str) -> Vec<Range<usize>> {
     let mut tokens: Vec<Range<usize>> = Vec::new();
     for range in complexity::words(text) {
@@ -117,7 +117,7 @@ fn tokens(text: &str) -> Vec<Range<usize>> {
     tokens
 }
 
-/// Whether a word goes on with a number such as `1e` or `1e-`.
+/// Returns `true` if `word` continues a number with an exponent, such as `1e` or `1e-`.
 fn is_exponent(number: &str, word: &str) -> bool {
     let is_number = number.starts_with(|first: char| first.is_ascii_digit());
     let is_hex = number.starts_with("0x") || number.starts_with("0X");
@@ -130,7 +130,7 @@ fn is_exponent(number: &str, word: &str) -> bool {
         }
 }
 
-/// The tokens that begin and end the template lists of a text.
+/// Returns the indices of the tokens that begin and end template lists.
 fn template_lists(text: &str, tokens: &[Range<usize>]) -> HashSet<usize> {
     let word = |at: usize| tokens.get(at).map_or("", |range| &text[range.clone()]);
     let mut lists = HashSet::new();

@@ -16,7 +16,7 @@ use super::roots::Roots;
 use crate::diagnostic::{Diagnostic, codes};
 use crate::source::{FileId, MAX_FILE_BYTES, Sources};
 
-/// The files of the file system below some folders.
+/// A source of files on disk that only reads files below its root folders.
 #[derive(Clone, Debug, Default)]
 pub struct Disk(pub Roots);
 
@@ -40,7 +40,7 @@ impl Files for Disk {
     }
 }
 
-/// The file system, for what the host names itself, wherever it lies.
+/// A source of files on disk without root folders, for files that the host names itself.
 #[derive(Clone, Copy, Debug)]
 pub struct Named;
 
@@ -53,11 +53,11 @@ impl Files for Named {
     }
 }
 
-/// The deepest folder that [`files_below`] looks into.
+/// The maximum depth of folders that [`files_below`] searches.
 const MAX_DEPTH: usize = 16;
 
-/// The files below a folder whose names end in one of some ways, each with its path below it (with `/`), in the order
-/// of these. Links to folders are not followed: they may lead in a cycle.
+/// Returns the files below a folder whose names end in one of `ends`, sorted. Each has its path relative to `folder`,
+/// with `/` as separator, and its path on disk. Links to folders are not followed, since they may form a cycle.
 ///
 /// # Errors
 /// A folder that cannot be read.
@@ -93,11 +93,11 @@ fn collect(
     Ok(())
 }
 
-/// The maximum number of files of a folder that are compared with the name of a missing one.
+/// The maximum number of files in a folder that are compared with the name of a missing file.
 const MAX_BESIDE: usize = 1000;
 
-/// The help for a file that is not there: the one beside it, of those whose names end in one of some ways, that was
-/// probably meant.
+/// Returns a help text for a missing file that suggests the most similar file name in the same folder with an ending of
+/// `ends`. `None` if no name is similar.
 pub fn meant_beside(path: &Path, ends: &[&str]) -> Option<String> {
     meant_in(folder_of(path), path, ends)
 }
@@ -112,7 +112,8 @@ fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|folder| *folder != Path::new("")).unwrap_or(Path::new("."))
 }
 
-/// Reads and registers a text file that the host names itself; diagnostics show it by the path as given.
+/// Reads and registers a text file that the host names itself, without a check against root folders. Diagnostics show
+/// the path as given.
 ///
 /// # Errors
 /// A file that cannot be read, is too large, or is not UTF-8.
@@ -129,19 +130,19 @@ fn read_as(path: &Path, name: String, sources: &mut Sources) -> Result<FileId, D
     add_bytes(bytes, name, sources)
 }
 
-/// The reason why a path leads to no file of some roots.
+/// The reason why a path cannot be resolved to a file below the root folders.
 #[derive(Debug)]
 pub enum Unreachable {
-    /// It leads outside of them.
+    /// The path leads outside of the root folders.
     Outside,
-    /// The system has a reason.
+    /// The operating system reports an error.
     Failed(std::io::Error),
 }
 
-/// The target of a path, if that is below a root.
+/// Resolves a path, links included, to its target if that is below one of the root folders.
 ///
 /// # Errors
-/// A path that leads elsewhere, or nowhere.
+/// A path that leads outside of the root folders, or to a file that does not exist.
 pub fn find_below(roots: &Roots, path: &Path) -> Result<PathBuf, Unreachable> {
     let folders = roots.folders().filter_map(|folder| std::fs::canonicalize(folder).ok());
     let folders: Vec<PathBuf> = folders.collect();
@@ -157,7 +158,7 @@ pub fn find_below(roots: &Roots, path: &Path) -> Result<PathBuf, Unreachable> {
     }
 }
 
-/// The target of a path that does not exist, found from the longest part of it that does.
+/// Resolves the longest existing ancestor of a path that does not exist. `None` if the rest of the path contains `..`.
 fn nearest(path: &Path) -> Option<PathBuf> {
     let existing = path.ancestors().skip(1).find_map(|rest| {
         let folder = if rest.as_os_str().is_empty() { Path::new(".") } else { rest };
@@ -168,11 +169,10 @@ fn nearest(path: &Path) -> Option<PathBuf> {
     behind.components().all(|part| part != Component::ParentDir).then_some(found)
 }
 
-/// The bytes of a regular file; `None` where there are more than `max`.
+/// Reads a regular file; returns `None` if it has more than `max` bytes.
 ///
 /// # Errors
-/// A path to something other than a regular file, an error of the system, and a file that changed while it was read:
-/// its beginning and its end may be of two texts.
+/// A path to something other than a regular file, an error of the system, or a file that changed while it was read.
 pub fn read_bytes(path: &Path, max: u64) -> std::io::Result<Option<Vec<u8>>> {
     let check = |metadata: &std::fs::Metadata| match (metadata.is_file(), metadata.is_dir()) {
         (true, _) => Ok((metadata.len(), metadata.modified().ok())),
@@ -187,7 +187,8 @@ pub fn read_bytes(path: &Path, max: u64) -> std::io::Result<Option<Vec<u8>>> {
     read_unchanged(&file, || check(&file.metadata()?), max)
 }
 
-/// Reads to the end, if the state of what is read (its length and when it was written) is the same before and after.
+/// Reads `file` to its end; an error if `state` (such as length and modification time) differs before and after.
+/// Returns `None` if there are more than `max` bytes.
 fn read_unchanged<S: PartialEq>(
     file: impl std::io::Read,
     state: impl Fn() -> std::io::Result<S>,
@@ -202,7 +203,7 @@ fn read_unchanged<S: PartialEq>(
     Ok((bytes.len() as u64 <= max).then_some(bytes))
 }
 
-/// The diagnostic about a file that cannot be read.
+/// Creates the diagnostic for a file that cannot be read.
 pub fn unreadable(name: &str, error: &std::io::Error) -> Diagnostic {
     let reason = match error.kind() {
         std::io::ErrorKind::NotFound => "it does not exist".to_owned(),

@@ -7,34 +7,34 @@ use crate::diagnostic::{DID_YOU_MEAN, Diagnostic, Diagnostics, codes, suggested_
 use crate::document::{self, Document};
 use crate::source::{FileId, MAX_FILE_BYTES, Sources, Span};
 
-/// Finds the texts that a document names.
+/// A source of the files that a document names, such as a disk or memory.
 pub trait Files {
-    /// Reads and registers the text at a path.
+    /// Reads the file at a path, and registers its contents in `sources`.
     ///
     /// # Errors
-    /// A diagnostic without a place worth naming; the caller adds where the path is named.
+    /// A diagnostic whose place is replaced by the caller with the place where the path is written.
     fn read(&mut self, path: &Path, sources: &mut Sources) -> Result<FileId, Diagnostic>;
 
-    /// The document of a registered text.
+    /// Parses a registered file as a document.
     ///
     /// # Errors
-    /// Diagnostics of a text that is no document.
+    /// The diagnostics of a file that is not valid.
     fn parse(&mut self, file: FileId, sources: &Sources) -> Result<Document, Diagnostics> {
         document::parse(sources, file).valid()
     }
 
-    /// The understood part of a registered text, whether or not it is a document.
+    /// Parses a registered file as far as it can be understood, even if it is not valid.
     fn recover(&mut self, file: FileId, sources: &Sources) -> Document {
         document::parse(sources, file).document
     }
 
-    /// Whether names that begin with a word and `:` are no paths of folders, but names of this.
+    /// Whether names that begin with `scheme` and `:` belong to this source, and are not paths relative to a folder.
     fn has_scheme(&self, _scheme: &str) -> bool {
         false
     }
 }
 
-/// Texts in memory, by path.
+/// Files in memory: contents by path, with `/` as separator.
 #[derive(Clone, Debug, Default)]
 pub struct Memory(pub BTreeMap<String, String>);
 
@@ -59,7 +59,7 @@ impl Files for Memory {
     }
 }
 
-/// The endings of the names of documents.
+/// The file name extensions of documents.
 pub(super) const DOCUMENTS: [&str; 2] = [".json", ".jsonc"];
 
 pub(super) fn meant_among<'n>(
@@ -80,10 +80,10 @@ pub(super) fn with_meant(diagnostic: Diagnostic, meant: Option<String>) -> Diagn
     Diagnostic { help: meant.or(diagnostic.help), ..diagnostic }
 }
 
-/// Registers the bytes of a text under a name.
+/// Registers the bytes of a file under a name. A leading UTF-8 byte-order mark is removed.
 ///
 /// # Errors
-/// Bytes that are not UTF-8; they are registered as far as they can be shown. More bytes than texts have.
+/// Bytes that are not UTF-8, which are registered with replacement characters, or more bytes than [`MAX_FILE_BYTES`].
 pub fn add_bytes(bytes: Vec<u8>, name: String, sources: &mut Sources) -> Result<FileId, Diagnostic> {
     if bytes.len() > MAX_FILE_BYTES {
         return Err(too_large(&name));

@@ -5,11 +5,11 @@
 use crate::diagnostic::{Diagnostic, codes};
 use crate::document::{Kind, Value};
 
-/// The format of this version.
+/// The version of the file format that this version of the engine reads.
 const KNOWN: f64 = 1.0;
 
-/// The diagnostic of a file that says `"format"` with a number other than 1. A missing key, or a value that is no
-/// number, is left to the schema.
+/// Returns a diagnostic if the number under `"format"` is not 1. A missing key, or a value that is no number, is left
+/// to the schema.
 pub fn other_format(root: &Value) -> Option<Diagnostic> {
     let value = root.get("format")?;
     let Kind::Number(number) = &value.kind else { return None };

@@ -24,12 +24,13 @@ use crate::diagnostic::{Diagnostic, Diagnostics, codes, list_of};
 use crate::document::{Entry, Kind, Value};
 use crate::source::Span;
 
-/// Puts an extension's passes at the extension points of a document, and its other sections beside the document's own.
+/// Inserts an extension's passes at the extension points of a document, and adds its other sections to those of the
+/// document.
 pub fn insert(document: &mut Value, extension: Value, diagnostics: &mut Diagnostics) {
     put_in(document, extension, diagnostics);
 }
 
-/// Inserts an extension as [`insert`] does, and returns what its passes changed of the settings that they take over.
+/// Inserts an extension as [`insert`] does, and returns the shared settings that its passes override or delete.
 pub(super) fn put_in(document: &mut Value, mut extension: Value, diagnostics: &mut Diagnostics) -> Changes {
     let mut changes = Changes::default();
     let Kind::Object(entries) = &mut extension.kind else {
@@ -99,7 +100,8 @@ pub(super) fn put_in(document: &mut Value, mut extension: Value, diagnostics: &m
 
 type Names = Vec<(String, Span)>;
 
-/// The passes after and before which a point lies; `beside` are all that the extension names.
+/// Returns the names of the passes before and after an extension point; `None` after reporting that it is unknown.
+/// `beside` lists all points that the extension names.
 fn extension_point(
     document: &Value,
     point: &Entry,
@@ -126,7 +128,8 @@ fn extension_point(
     Some((names("after"), names("before").into_iter().map(|(name, _)| name).collect()))
 }
 
-/// The pass that an earlier extension put last after the same passes: the next goes after it.
+/// Returns the last pass that an earlier extension inserted after the same passes. The next inserted pass runs after
+/// it.
 fn last_inserted(document: &Value, after: &Names) -> Option<(String, Span)> {
     let wanted: Vec<&str> = after.iter().map(|(name, _)| name.as_str()).collect();
     let inserted = document.entries_of("passes").iter().rev().find(|pass| {
@@ -139,7 +142,7 @@ fn last_inserted(document: &Value, after: &Names) -> Option<(String, Span)> {
     inserted.map(|pass| (pass.key.clone(), pass.key_span))
 }
 
-/// Lets a pass run after others.
+/// Adds the names of passes to the `after` list of a pass.
 fn add_after(pass: &mut Value, names: &[(String, Span)]) {
     if names.is_empty() {
         return;

@@ -6,7 +6,7 @@ use crate::diagnostic::{Diagnostic, Diagnostics, codes, list_of};
 use crate::document::{Entry, Keys, Kind, Pointer, Value};
 use crate::source::Span;
 
-/// The sections whose members an include may add to.
+/// The sections of a pipeline to which an included file may add members.
 pub const SECTIONS: &[&str] = &[
     "parameters",
     "features",
@@ -22,12 +22,12 @@ pub const SECTIONS: &[&str] = &[
     "subgraphs",
 ];
 
-/// The changes of values by other files, by their JSON pointers.
+/// The values that other files have overridden or deleted, by JSON pointer.
 #[derive(Debug, Default)]
 pub(super) struct Changes {
-    /// The places of the older values, the newest first.
+    /// The spans of the overridden values, newest first.
     pub(super) replaced: BTreeMap<String, Vec<Span>>,
-    /// The places of the `null`s that deleted them.
+    /// The spans of the `null`s that deleted values.
     pub(super) deleted: BTreeMap<String, Span>,
 }
 
@@ -37,7 +37,7 @@ impl Changes {
     }
 }
 
-/// The base with the other value laid over it.
+/// Returns `base` overridden by `value`: objects are merged by key, other values replaced, and `null` deletes members.
 pub(super) fn over(
     base: Value,
     value: Value,
@@ -48,8 +48,8 @@ pub(super) fn over(
     lay_over(base, value, pointer, false, changes, diagnostics)
 }
 
-/// Lays a value over the base, as [`over`] does. A pass that takes over shared settings `keeps` its nulls, which
-/// delete members of these too.
+/// Overrides `base` with `value`, as [`over`] does. `keeps` keeps deleting `null`s in the result: in a pass that
+/// extends shared settings, they delete members of the group later.
 fn lay_over(
     base: Value,
     value: Value,
@@ -123,7 +123,7 @@ fn lay_over(
     Value { span: value.span, kind: Kind::Object(entries) }
 }
 
-/// Whether these are the members of a pass, or of a group of shared settings, that takes over shared settings.
+/// Whether `entries`, at `pointer`, are the members of a pass or group that extends shared settings.
 fn takes_over(entries: &[Entry], pointer: &Pointer<'_>) -> bool {
     let names = |entry: &Entry| matches!(entry.value.kind, Kind::Text(_) | Kind::Array(_));
     if !entries.iter().any(|entry| entry.key == "extends" && names(entry)) {
@@ -139,7 +139,7 @@ fn takes_over(entries: &[Entry], pointer: &Pointer<'_>) -> bool {
     )
 }
 
-/// Removes `null`s that have nothing below them to delete, so that nobody reads them as values.
+/// Removes and reports `null`s that delete nothing, so that they are not read as values.
 pub(super) fn reject_deletions(
     value: &mut Value,
     pointer: &Pointer<'_>,
@@ -175,7 +175,7 @@ pub(super) fn reject_deletions(
     }
 }
 
-/// Adds the sections of an included document; the fallback both is a diagnostic.
+/// Adds the sections of an included document to `whole`; a member that exists in both documents is an error.
 pub(super) fn beside(whole: &mut Value, part: Value, diagnostics: &mut Diagnostics) {
     let Kind::Object(part_entries) = part.kind else {
         let message = "an included file is an object with sections of a pipeline";

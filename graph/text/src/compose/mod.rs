@@ -47,44 +47,44 @@ use crate::source::{FileId, Sources, Span};
 
 const MAX_FILES: usize = 64;
 const MAX_LEVELS: usize = 32;
-/// The document as a whole.
+/// The JSON pointer of the root of a document.
 const TOP: Pointer<'_> = Pointer::Text("");
 
-/// One document made of several files.
+/// A document composed of several files, with the origin of its values.
 #[derive(Clone, Debug)]
 pub struct Composed {
-    /// The document.
+    /// The composed document. Each value keeps the span at which it was written.
     pub document: Document,
-    /// Places of the older values, by JSON pointer of a value that was replaced or deleted, the newest first.
+    /// The spans of overridden values, newest first, by the JSON pointer of the value that was replaced or deleted.
     pub replaced: BTreeMap<String, Vec<Span>>,
-    /// Place of the deleting `null`, by JSON pointer of the value that it deleted.
+    /// The span of the `null` that deleted a value, by the JSON pointer of that value.
     pub deleted: BTreeMap<String, Span>,
-    /// The role of each file.
+    /// The role of each file in the document.
     pub layers: BTreeMap<FileId, Layer>,
-    /// The files that it is made of, the first is the pipeline's own.
+    /// The files of the document; the first is the pipeline file itself.
     pub files: Vec<FileId>,
-    /// The members of `subgraphs` that are files of their own.
+    /// The keys of `subgraphs` that are paths of subgraph files.
     pub used: BTreeSet<String>,
 }
 
-/// The role of a file in a document.
+/// The role of a file in a composed document.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Layer {
-    /// It is the pipeline's own.
+    /// The pipeline file itself.
     Pipeline,
-    /// Another extends it.
+    /// A file that another file extends.
     Extended,
-    /// Another includes it.
+    /// A file that another file includes.
     Included,
-    /// The host names it.
+    /// An extension file that the host names, or a file that it is composed of.
     Extension,
-    /// A pass uses it, as a subgraph.
+    /// A subgraph file that a pass uses.
     Used,
 }
 
 impl Composed {
-    /// Puts an extension in, and remembers which of its files said what.
+    /// Inserts an extension into the document, and adds its files and the origin of its values.
     pub fn insert(&mut self, mut extension: Composed, diagnostics: &mut Diagnostics) {
         // A file that both use is one subgraph.
         if let Some(members) = extension.document.root.entries_of_mut("subgraphs") {
@@ -110,7 +110,8 @@ impl Composed {
         self.deleted.extend(deleted);
     }
 
-    /// Adds the sections of another document, as `"include"` does.
+    /// Adds the sections of another document, as the key `"include"` does. A member that exists in both documents is an
+    /// error.
     pub fn include(&mut self, part: Composed, diagnostics: &mut Diagnostics) {
         self.layers.extend(part.files.iter().map(|file| (*file, Layer::Included)));
         self.files.extend(part.files);
@@ -118,7 +119,8 @@ impl Composed {
     }
 }
 
-/// Composes the document of a registered file, which stands at `path`.
+/// Composes the document of a registered file with the files that it names, relative to its own `path`. Returns `None`
+/// if composing fails; `diagnostics` then has errors.
 pub fn compose(
     file: FileId,
     path: &Path,
@@ -129,8 +131,8 @@ pub fn compose(
     compose_as((file, path), files, sources, diagnostics, false)
 }
 
-/// Composes what is understood of the document of a registered file, where [`compose`] makes none: for editors, which
-/// help while a text is broken. Its diagnostics are those of [`compose`].
+/// Composes as much of a document as can be understood, even where [`compose`] returns `None`. Editors need this while
+/// a file is incomplete. Diagnostics are discarded; [`compose`] reports them.
 pub fn compose_understood(
     file: FileId,
     path: &Path,
@@ -177,23 +179,23 @@ struct Composer<'a> {
     files: &'a mut dyn Files,
     sources: &'a mut Sources,
     diagnostics: &'a mut Diagnostics,
-    /// Whether what is broken or missing is left out.
+    /// Whether broken or missing parts are left out instead of being errors.
     is_lenient: bool,
     seen: Vec<FileId>,
-    /// The paths that lead to the file at hand, each with the place that names the next.
+    /// The paths of the files that lead to the current one, each with the span that names the next file.
     chain: Vec<(PathBuf, Option<Span>)>,
     changes: merge::Changes,
     layers: BTreeMap<FileId, Layer>,
-    /// The paths of the files that are laid over, or beside, one another.
+    /// The normalized paths of the files that are merged by `extends` and `include`.
     paths: BTreeSet<PathBuf>,
-    /// The paths of the files that are laid below the file at hand.
+    /// The paths of the base files already applied below the current file.
     laid: BTreeSet<PathBuf>,
-    /// The files that were read: what two files extend is one file.
+    /// The files read so far by path, so that none is read twice.
     read: BTreeMap<PathBuf, FileId>,
 }
 
 impl Composer<'_> {
-    /// A file over what it extends, and all of that over what is below.
+    /// Composes a file: the file overrides its base files, and the result overrides `below`.
     fn file(&mut self, file: FileId, path: &Path, below: Option<Value>) -> Option<Value> {
         self.seen.push(file);
         self.paths.insert(normalize(path));
@@ -250,7 +252,8 @@ impl Composer<'_> {
         (fine || self.is_lenient).then_some(merged)
     }
 
-    /// Finds keys of the document that were meant to name other files: without those, nothing else can be said of it.
+    /// Reports keys that look like a misspelt `extends` or `include`. Returns `true` if there are any; without these
+    /// files, no other check makes sense.
     fn misspells_a_file_key(&mut self, root: &Value) -> bool {
         let entries = root.entries().unwrap_or_default();
         let is_there = |name: &str| entries.iter().any(|entry| entry.key == name);
@@ -273,7 +276,7 @@ impl Composer<'_> {
         found
     }
 
-    /// The paths under a key, a string or a list of strings, each with its place.
+    /// The paths under `key`, which is a string or a list of strings, each with its span.
     fn named_files(&mut self, root: &Value, key: &str) -> Vec<(String, Span)> {
         let Some(value) = root.get(key) else { return Vec::new() };
         let list = match &value.kind {
@@ -335,7 +338,8 @@ impl Composer<'_> {
         self.diagnostics.push(diagnostic.help("join some of the files"));
     }
 
-    /// Reads the file that something at a place names.
+    /// Reads the file at `path`, or returns it if it was read before. Errors are reported at `place`, where the path is
+    /// written.
     fn read(&mut self, path: &Path, place: Span) -> Option<FileId> {
         if let Some(known) = self.read.get(path) {
             return Some(*known);
@@ -358,19 +362,19 @@ impl Composer<'_> {
     }
 }
 
-/// The path that a name means in a file of a folder: below that folder, unless the name has a scheme.
+/// Resolves a file name written in a file of `folder`: relative to `folder`, unless the name has a scheme.
 fn path_in(files: &dyn Files, folder: &Path, name: &str) -> PathBuf {
     normalize(&with_scheme(files, name).unwrap_or_else(|| folder.join(name)))
 }
 
-/// The path of a name with a scheme such as `umbragraph:`, which [`Files`] has: as if that were a folder. Any other
-/// word before a colon is the beginning of a path.
+/// Returns the path of a name with a scheme that `files` knows, such as `umbragraph:`, with the scheme as first folder.
+/// `None` for other names.
 fn with_scheme(files: &dyn Files, name: &str) -> Option<PathBuf> {
     let (scheme, rest) = name.split_once(':')?;
     files.has_scheme(scheme).then(|| Path::new(&format!("{scheme}:")).join(rest.trim_start_matches('/')))
 }
 
-/// A path without `.` and, where something stands before it, `..`.
+/// Removes `.` components from a path, and `..` components together with the folder before them.
 pub fn normalize(path: &Path) -> PathBuf {
     let mut clean = PathBuf::new();
     for component in path.components() {

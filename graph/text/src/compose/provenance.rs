@@ -13,7 +13,7 @@ use crate::diagnostic::{Diagnostic, Diagnostics, Place, suggested_name};
 use crate::document::{Document, Entry, Value, pointer_join};
 use crate::source::{FileId, Span};
 
-/// Diagnostics about a document as it counts, told of it as it is written, each once.
+/// Rewrites diagnostics about a composed document to the places where the values are written, and merges equal ones.
 pub fn as_written(document: &Document, diagnostics: Diagnostics) -> Diagnostics {
     if diagnostics.is_empty() {
         return diagnostics;
@@ -25,7 +25,8 @@ pub fn as_written(document: &Document, diagnostics: Diagnostics) -> Diagnostics 
     written
 }
 
-/// A diagnostic about shared settings, with the pass that it is about.
+/// Redirects a diagnostic about an inherited value to the group of shared settings, and adds the pass as a related
+/// place.
 fn in_group(document: &Document, places: &SharedPlaces<'_>, diagnostic: Diagnostic) -> Diagnostic {
     let Place::Span(place) = diagnostic.place else { return diagnostic };
     let user = places.at(place).zip(pass_at(document, &diagnostic.pointer));
@@ -34,7 +35,7 @@ fn in_group(document: &Document, places: &SharedPlaces<'_>, diagnostic: Diagnost
     diagnostic.related(extends, format!("the pass \"{pass}\" takes it over")).pointer(pointer)
 }
 
-/// A diagnostic about a section whose key is misspelt, with the pointer that leads through the key as it is written.
+/// Corrects the JSON pointer of a diagnostic in a section whose key is misspelt, to the key as it is written.
 fn in_section(document: &Document, diagnostic: Diagnostic) -> Diagnostic {
     let entries = document.root.entries().unwrap_or_default();
     let written = |pointer: &str| -> Option<String> {
@@ -50,15 +51,16 @@ fn in_section(document: &Document, diagnostic: Diagnostic) -> Diagnostic {
     }
 }
 
-/// The places of a document that belong to groups of shared settings.
+/// The source ranges of a document that belong to groups of shared settings.
 #[derive(Debug)]
 pub struct SharedPlaces<'d> {
-    /// The ranges by file and first byte, each with its end, the name of the group and its pointer.
+    /// The ranges by file and first byte offset, each with its end offset, the name of its group and the group's JSON
+    /// pointer.
     ranges: BTreeMap<(FileId, u32), (u32, &'d str, String)>,
 }
 
 impl<'d> SharedPlaces<'d> {
-    /// The places of the groups of a document and of its subgraphs.
+    /// Collects the source ranges of the groups of a document and of its subgraphs.
     pub fn of(document: &'d Document) -> Self {
         let mut places = Self { ranges: BTreeMap::new() };
         let owners = document.root.entries_of("subgraphs").iter();
@@ -84,7 +86,7 @@ impl<'d> SharedPlaces<'d> {
         }
     }
 
-    /// The group that a place belongs to.
+    /// The name of the group that a span belongs to; `None` if it belongs to none.
     pub fn find(&self, place: Span) -> Option<&'d str> {
         self.at(place).map(|(group, _)| group)
     }
@@ -96,8 +98,8 @@ impl<'d> SharedPlaces<'d> {
     }
 }
 
-/// The pass that a pointer leads to or into, the way from there, and where it names the shared settings that it
-/// extends.
+/// Returns the pass that a JSON pointer leads to or into: its name, the rest of the pointer, and the span of its
+/// `extends` value. `None` for other pointers.
 fn pass_at<'d>(document: &'d Document, pointer: &str) -> Option<(&'d str, String, Span)> {
     let way: Vec<&str> = pointer.split('/').skip(1).collect();
     let name = |key: &str| key.replace("~1", "/").replace("~0", "~");

@@ -7,22 +7,22 @@
 
 use std::path::{Path, PathBuf};
 
-/// The folders below which a document reads files.
+/// The root folders of a document, below which it may read files.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Roots(Vec<PathBuf>);
 
 impl Roots {
-    /// The working folder, and the folder of a document.
+    /// The roots of a document: the working folder, and the folder that contains the document.
     pub fn of(document: &Path) -> Self {
         Self::below(document.parent().unwrap_or_else(|| Path::new("")))
     }
 
-    /// The working folder, and another.
+    /// The working folder and `folder`.
     pub fn below(folder: &Path) -> Self {
         Self::default().and(Path::new(".")).and(folder)
     }
 
-    /// Adds a folder.
+    /// Adds a folder, unless its path is empty or already in the list.
     #[must_use]
     pub fn and(mut self, folder: &Path) -> Self {
         let is_new = !folder.as_os_str().is_empty() && !self.0.iter().any(|known| known == folder);
@@ -30,7 +30,7 @@ impl Roots {
         self
     }
 
-    /// These folders and others.
+    /// Adds the folders of `others`.
     #[must_use]
     pub fn with(mut self, others: &Self) -> Self {
         let new = others.0.iter().filter(|folder| !self.0.contains(folder)).cloned().collect::<Vec<_>>();
@@ -38,7 +38,7 @@ impl Roots {
         self
     }
 
-    /// The folders; one that does not exist has no files.
+    /// The folders. They need not exist.
     pub fn folders(&self) -> impl Iterator<Item = &Path> {
         self.0.iter().map(PathBuf::as_path)
     }

@@ -32,13 +32,13 @@ use crate::source::Span;
 const MAX_LEVELS: usize = 32;
 const MAX_VALUES: usize = 1_500_000;
 
-/// Lays the passes of a document that stands alone over the shared settings that they extend.
+/// Resolves the shared settings that passes extend in a document of a single file, which is not composed of others.
 pub fn share(document: &mut Document, diagnostics: &mut Diagnostics) {
     take_over(&mut document.root, &|_, _| true, &mut Changes::default(), diagnostics);
 }
 
-/// Lays passes over the shared settings that they extend. `wanted` says of a section (`passes` or `subgraphs`) and a
-/// name in it whether it is one of those.
+/// Merges passes into the shared settings that they extend. `wanted` selects passes and subgraphs, by section (`passes`
+/// or `subgraphs`) and name.
 pub(super) fn take_over(
     root: &mut Value,
     wanted: &dyn Fn(&str, &str) -> bool,
@@ -71,7 +71,7 @@ pub(super) fn take_over(
     }
 }
 
-/// A section of groups.
+/// A `shared_settings` section, with the JSON pointer of the section.
 #[derive(Clone)]
 struct Section {
     pointer: String,
@@ -81,9 +81,9 @@ struct Section {
 struct Sharing<'s> {
     changes: &'s mut Changes,
     diagnostics: &'s mut Diagnostics,
-    /// Groups by the place of their key, laid over those that they extend; `None` for one with a diagnostic.
+    /// Groups merged with those that they extend, by the span of their key; `None` for a group with an error.
     whole: BTreeMap<Span, Option<Value>>,
-    /// The number of values that were taken over.
+    /// The number of values copied from groups so far.
     values: usize,
 }
 
@@ -101,8 +101,8 @@ impl Sharing<'_> {
         }
     }
 
-    /// A pass, or a group, over the groups that it extends, which are still named there. The error is itself, where one
-    /// of those cannot be had, and extends null: [`is_incomplete`].
+    /// Merges a pass, or a group, into the groups that it extends; the result keeps its `extends` key. If a group is
+    /// missing or broken, the error is the value unmerged with `extends` set to null (see [`is_incomplete`]).
     fn laid_over(
         &mut self,
         mut own: Value,
@@ -147,7 +147,8 @@ impl Sharing<'_> {
         merge::over(below, value, &Pointer::Text(pointer), self.changes, self.diagnostics)
     }
 
-    /// The group that a value names, without the names of those that it extends.
+    /// Returns the group with the given name, merged with those that it extends and without its `extends` key. `None`
+    /// after reporting an error.
     fn group(
         &mut self,
         name: &Value,
@@ -212,13 +213,14 @@ impl Sharing<'_> {
     }
 }
 
-/// Whether a pass extends shared settings that are missing or broken, which is reported elsewhere: its own missing
-/// members are then unknown.
+/// Whether a pass extends shared settings that are missing or broken. That error is already reported, and members that
+/// the pass lacks may follow from it.
 pub fn is_incomplete(pass: &Value) -> bool {
     pass.get("extends").is_some_and(|extends| matches!(extends.kind, Kind::Null))
 }
 
-/// The way in a group to what a pass has of it: what stands under `settings` is under the node kind in a pass.
+/// Converts the JSON pointer `below` in a pass to the pointer of the same value in `group`. A group may have it under
+/// `settings` instead of the node kind.
 pub(super) fn way_in(group: &Value, below: &str) -> String {
     let depth = |way: &str| {
         let keys = way.split('/').skip(1);
@@ -229,7 +231,7 @@ pub(super) fn way_in(group: &Value, below: &str) -> String {
     if depth(&shared) > depth(below) { shared } else { below.to_owned() }
 }
 
-/// The names under "extends": a text, or a list of texts.
+/// The names under "extends", which is a string or a list of strings.
 fn names_in(value: &Value) -> &[Value] {
     match &value.kind {
         Kind::Array(elements) => elements,

@@ -16,12 +16,13 @@ use crate::diagnostic::{Diagnostic, codes};
 use crate::document::{Entry, Kind, Value};
 use crate::source::Span;
 
-/// Whether the subgraph of a pass is a file.
+/// Whether the value of a pass's `use` key is the path of a subgraph file, not a name under `subgraphs`.
 pub fn is_path(used: &str) -> bool {
     used.ends_with(".json") || used.ends_with(".jsonc") || used.contains(['/', '\\'])
 }
 
-/// Lets the passes of a file name the files that they use as the host would, not relative to this file.
+/// Resolves the subgraph paths in the passes of a file, which are relative to that file's folder, to paths as the host
+/// would write them.
 pub(super) fn resolve(files: &dyn Files, root: &mut Value, path: &Path) {
     let folder = path.parent().unwrap_or_else(|| Path::new(""));
     let resolve_passes = |passes: &mut Value| resolve_passes(files, passes, folder);
@@ -59,7 +60,7 @@ fn members_mut(value: &mut Value) -> &mut [Entry] {
     }
 }
 
-/// The files that passes, or groups of what they share, use, in order.
+/// The subgraph files that passes, or groups of shared settings, name under `use`, each with the span of its path.
 fn files_of(passes: &[Entry]) -> impl Iterator<Item = (String, Span)> + '_ {
     passes.iter().filter_map(|pass| {
         let used = pass.value.get("use")?;
@@ -67,12 +68,12 @@ fn files_of(passes: &[Entry]) -> impl Iterator<Item = (String, Span)> + '_ {
     })
 }
 
-/// The files that a pipeline or subgraph uses itself.
+/// The subgraph files that a pipeline or subgraph uses directly.
 fn own_files(owner: &Value) -> impl Iterator<Item = (String, Span)> + '_ {
     ["passes", "shared_settings"].into_iter().flat_map(|section| files_of(owner.entries_of(section)))
 }
 
-/// All files that a document uses.
+/// All subgraph files that a document uses: in its passes, subgraphs, shared settings and inserts.
 fn used_files(root: &Value) -> VecDeque<(String, Span)> {
     let subgraphs = root.entries_of("subgraphs").iter().flat_map(|subgraph| own_files(&subgraph.value));
     let inserts = root.entries_of("inserts").iter().filter_map(|point| point.value.entries());
@@ -80,7 +81,8 @@ fn used_files(root: &Value) -> VecDeque<(String, Span)> {
 }
 
 impl Composer<'_> {
-    /// Puts the files that passes use beside the document's own subgraphs; `None` if one could not be read.
+    /// Reads the subgraph files that passes use, and adds them to the document's `subgraphs`. Returns their paths, or
+    /// `None` if one could not be read.
     pub(super) fn use_files(&mut self, root: &mut Value) -> Option<BTreeSet<String>> {
         let mut fine = true;
         let mut known = BTreeSet::new();

@@ -1,14 +1,15 @@
 //! Stable codes of diagnostics, each with the page that explains it.
 
-/// A stable code: `UG` and four digits for the project's own, any other prefix for an integrator's node kinds.
+/// A stable diagnostic code with its explanation. Codes of this project are `UG` and four digits; node kinds of
+/// integrators use other prefixes.
 ///
-/// The title says in a few words what kind of diagnostic it is; the page, in Markdown, says why it is one, shows an
-/// example and the way out.
+/// The title names the kind of diagnostic in a few words. The page explains in Markdown why it is reported, with an
+/// example and a remedy.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Code {
-    /// `UG0101`.
+    /// The code itself, such as `UG0101`.
     pub id: &'static str,
-    /// A few words, lower case.
+    /// The kind of diagnostic in a few words, in lower case.
     pub title: &'static str,
     /// The explanation, in Markdown.
     pub page: &'static str,
@@ -20,7 +21,7 @@ impl std::fmt::Display for Code {
     }
 }
 
-/// Declares a table of codes: one constant each, and `ALL` with every one of them in the order of declaration.
+/// Declares diagnostic codes as constants, and `ALL`, a slice of them in the order of declaration.
 ///
 /// ```
 /// umbragraph_text::codes! {
@@ -34,7 +35,7 @@ macro_rules! codes {
     ($($(#[$meta:meta])* $name:ident = $id:literal, $title:literal, $page:expr;)*) => {
         $($(#[$meta])* pub const $name: $crate::diagnostic::Code =
             $crate::diagnostic::Code { id: $id, title: $title, page: $page };)*
-        /// Every code of this table.
+        /// All codes of this table, in the order of declaration.
         pub const ALL: &[$crate::diagnostic::Code] = &[$($name),*];
     };
 }

@@ -5,26 +5,26 @@
 
 use std::fmt;
 
-/// A number of configurations.
+/// A number of shader configurations (assignments of values to axes), exact or a lower bound.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize, serde::Deserialize)]
 pub struct Count {
-    /// The number, or a lower bound of it.
+    /// The exact number if `exact` is `true`, otherwise a lower bound.
     pub number: u128,
-    /// Whether it is the number itself.
+    /// Whether `number` is exact; `false` after an overflow or another cut-off.
     pub exact: bool,
 }
 
 impl Count {
-    /// None.
+    /// The exact count 0.
     pub const ZERO: Self = Self { number: 0, exact: true };
 
-    /// The sum.
+    /// Returns the sum of two counts, which is exact if both are exact and it does not overflow.
     #[must_use]
     pub fn plus(self, other: Self) -> Self {
         Self::bounded(self.number.checked_add(other.number), self.exact && other.exact)
     }
 
-    /// So many times the number.
+    /// Returns the count multiplied by `factor`; on overflow the result is no longer exact.
     #[must_use]
     pub fn times(self, factor: u128) -> Self {
         Self::bounded(self.number.checked_mul(factor), self.exact)

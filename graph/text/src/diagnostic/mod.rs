@@ -36,7 +36,7 @@ pub enum Severity {
 }
 
 impl Severity {
-    /// The severity in a word.
+    /// The severity as a lower-case word, such as `error`.
     pub fn name(self) -> &'static str {
         match self {
             Severity::Error => "error",
@@ -46,16 +46,16 @@ impl Severity {
     }
 }
 
-/// The place of a diagnostic.
+/// The place that a diagnostic points to.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Place {
-    /// A range of a registered text.
+    /// A range of a source text.
     Span(Span),
-    /// A file that has no text to point into (binary, or unreadable), and a JSON pointer or another locator in it.
+    /// A position in a file that is not a registered source text, such as a binary or unreadable file.
     File {
-        /// The path as the user wrote it.
+        /// The path of the file as the user wrote it.
         path: String,
-        /// The place in the file: a JSON pointer into a glTF document, for one. Empty for the file as a whole.
+        /// The position in the file, such as a JSON pointer into a glTF document; empty for the entire file.
         locator: String,
     },
     /// No place: the diagnostic is about the machine (no adapter), not about an input.
@@ -68,74 +68,76 @@ impl From<Span> for Place {
     }
 }
 
-/// A further place that belongs to a diagnostic.
+/// A further place that belongs to a diagnostic, such as the first of two definitions.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Related {
-    /// The place.
+    /// The place that the message is about.
     pub place: Place,
-    /// The message for that place.
+    /// The message shown at the place.
     pub message: String,
 }
 
-/// Replacements of text that together mend a diagnostic, given only where there is exactly one sensible way.
+/// A fix: replacements of source text that together remove the cause of a diagnostic. It exists only if there is
+/// exactly one sensible fix.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Fix {
     /// The replacements, perhaps in several files; they do not overlap.
     pub edits: Vec<Replacement>,
 }
 
-/// A replacement of a part of a registered text.
+/// A replacement of a part of a source text.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Replacement {
-    /// The text to replace.
+    /// The bytes to replace; an empty span is an insertion.
     pub span: Span,
-    /// The new text.
+    /// The text to write instead; empty to remove the bytes.
     pub replacement: String,
 }
 
-/// The extent of a diagnostic about shaders in one template.
+/// The variants of one shader template that a diagnostic applies to.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Extent {
-    /// The template.
+    /// The name of the shader template.
     pub template: String,
-    /// The number of its variants that show the diagnostic.
+    /// The number of variants of the template that the diagnostic applies to.
     pub variants: usize,
-    /// The number of all its variants.
+    /// The number of all variants of the template.
     pub of_variants: usize,
-    /// The number of configurations that these variants stand for.
+    /// The number of configurations (assignments of axis values) that the affected variants cover.
     pub configurations: Count,
-    /// An inclusion-minimal set of values of axes that provokes it; empty where all variants show it.
+    /// A minimal set of axis values (by inclusion) that causes the diagnostic; empty if all variants are affected.
     pub provoked_by: AxisValues,
-    /// The names of the target profiles that show it.
+    /// The names of the target profiles for which the diagnostic is reported.
     pub profiles: BTreeSet<String>,
 }
 
-/// One diagnostic.
+/// An error, warning or note with a code, a place and a message, and perhaps a fix.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[non_exhaustive]
 pub struct Diagnostic {
-    /// Its stable code.
+    /// The stable code of the kind of diagnostic, such as `UG0101`.
     pub code: Code,
-    /// The severity.
+    /// The severity: error, warning or note.
     pub severity: Severity,
     /// The message: one sentence without a full stop, with the offending name in it.
     pub message: String,
-    /// The place.
+    /// The place that the diagnostic points to.
     pub place: Place,
-    /// The JSON pointer of the offending value, where the place is in a document; else empty.
+    /// The JSON pointer (RFC 6901) of the offending value if the place is in a document; otherwise empty.
     pub pointer: String,
-    /// Further places, each with what is to be seen there.
+    /// Related places, each with a message.
     pub related: Vec<Related>,
-    /// The extent, for diagnostics that variants of shader templates show.
+    /// The affected shader variants, one entry for each template; empty for diagnostics that are not about shader
+    /// variants.
     pub extent: Vec<Extent>,
-    /// The way out, one sentence.
+    /// The remedy in one sentence; `None` if none is known.
     pub help: Option<String>,
-    /// The one machine-applicable way out.
+    /// The fix that a tool can apply; `None` if there is not exactly one.
     pub fix: Option<Fix>,
 }
 
 impl Diagnostic {
-    /// An error at a place.
+    /// Creates a diagnostic of severity error at a place.
     pub fn error(code: Code, place: impl Into<Place>, message: impl Into<String>) -> Self {
         Self {
             code,
@@ -150,12 +152,12 @@ impl Diagnostic {
         }
     }
 
-    /// A warning at a place.
+    /// Creates a diagnostic of severity warning at a place.
     pub fn warning(code: Code, place: impl Into<Place>, message: impl Into<String>) -> Self {
         Self { severity: Severity::Warning, ..Self::error(code, place, message) }
     }
 
-    /// A key that is equal for diagnostics that say the same.
+    /// The code, place and message, by which [`Diagnostics::merge`] recognises equal diagnostics.
     pub fn key(&self) -> (Code, Place, String) {
         (self.code, self.place.clone(), self.message.clone())
     }
@@ -176,7 +178,8 @@ impl Diagnostic {
         Self { severity, ..self }
     }
 
-    /// An error about a file without a text to point into.
+    /// Creates an error about a file that is not a registered source text, such as a binary file. `locator` is a JSON
+    /// pointer or other position in the file, and may be empty.
     pub fn in_file(
         code: Code,
         path: impl Into<String>,
@@ -186,7 +189,7 @@ impl Diagnostic {
         Self::error(code, Place::File { path: path.into(), locator: locator.into() }, message)
     }
 
-    /// Its place, if that is in a registered text.
+    /// The span of the place; `None` if the place is not in a registered source text.
     pub fn span(&self) -> Option<Span> {
         match self.place {
             Place::Span(span) => Some(span),
@@ -194,35 +197,35 @@ impl Diagnostic {
         }
     }
 
-    /// Adds the way out.
+    /// Sets the help text, which describes a remedy.
     #[must_use]
     pub fn help(mut self, help: impl Into<String>) -> Self {
         self.help = Some(help.into());
         self
     }
 
-    /// Sets the place: a value of a document, with its JSON pointer.
+    /// Sets the place and the JSON pointer of the offending value.
     #[must_use]
     pub fn at(mut self, place: impl Into<Place>, pointer: impl Into<String>) -> Self {
         self.place = place.into();
         self.pointer(pointer)
     }
 
-    /// Adds the JSON pointer of the offending value.
+    /// Sets the JSON pointer of the offending value.
     #[must_use]
     pub fn pointer(mut self, pointer: impl Into<String>) -> Self {
         self.pointer = pointer.into();
         self
     }
 
-    /// Adds a related place.
+    /// Adds a related place with a message.
     #[must_use]
     pub fn related(mut self, place: impl Into<Place>, message: impl Into<String>) -> Self {
         self.related.push(Related { place: place.into(), message: message.into() });
         self
     }
 
-    /// Adds the machine-applicable fix, or one more edit to it.
+    /// Adds an edit to the machine-applicable fix, which the first edit creates.
     #[must_use]
     pub fn fix(mut self, span: Span, replacement: impl Into<String>) -> Self {
         let edit = Replacement { span, replacement: replacement.into() };
@@ -231,28 +234,28 @@ impl Diagnostic {
     }
 }
 
-/// The diagnostics of one run, in the order in which they were made.
+/// A list of diagnostics without duplicates, in the order in which they were added.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Diagnostics {
     list: Vec<Diagnostic>,
-    /// Hashes of what the diagnostics say, so that most new ones need no comparison with the others.
+    /// Hashes of code, place and message of the diagnostics, so that most additions need no search of the list.
     seen: HashSet<u64>,
 }
 
 impl Diagnostics {
-    /// No diagnostics.
+    /// Creates an empty list.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Adds a diagnostic; the very same diagnostic twice is kept once.
+    /// Adds a diagnostic unless the list contains an equal one.
     pub fn push(&mut self, diagnostic: Diagnostic) {
         if self.seen.insert(diagnostic.said_hash()) || !self.list.contains(&diagnostic) {
             self.list.push(diagnostic);
         }
     }
 
-    /// Adds a diagnostic unless the same was said of the same place; whether it is new.
+    /// Adds a diagnostic unless the list has one with the same code, place and message. Returns `true` if it was added.
     pub fn push_new(&mut self, diagnostic: Diagnostic) -> bool {
         let is_new = !self.seen.contains(&diagnostic.said_hash())
             || !self.list.iter().any(|known| known.said() == diagnostic.said());
@@ -262,14 +265,14 @@ impl Diagnostics {
         is_new
     }
 
-    /// Adds all diagnostics of another run.
+    /// Adds each of the given diagnostics, as [`Self::push`] does.
     pub fn extend(&mut self, other: impl IntoIterator<Item = Diagnostic>) {
         for diagnostic in other {
             self.push(diagnostic);
         }
     }
 
-    /// Whether there is an error among the diagnostics.
+    /// Whether at least one of the diagnostics is an error.
     pub fn has_errors(&self) -> bool {
         self.list.iter().any(|diagnostic| diagnostic.severity == Severity::Error)
     }
@@ -289,12 +292,13 @@ impl Diagnostics {
         self.list.len()
     }
 
-    /// The diagnostics in the order in which they were made.
+    /// The diagnostics in the order in which they were added.
     pub fn iter(&self) -> std::slice::Iter<'_, Diagnostic> {
         self.list.iter()
     }
 
-    /// Makes diagnostics with the same code, place and message one, with everything that is related to any of them.
+    /// Merges diagnostics with the same code, place and message: their related places and extents are joined, and the
+    /// highest severity is kept.
     pub fn merge(&mut self) {
         let mut merged: Vec<Diagnostic> = Vec::new();
         let mut known: HashMap<(Code, Place, String), usize> = HashMap::new();
@@ -326,7 +330,7 @@ impl Diagnostics {
         self.sort_files(|file| file);
     }
 
-    /// Sorts as [`Self::sort`] does, with files in the order of their ranks.
+    /// Sorts as [`Self::sort`] does, but orders files by the value of `rank` instead of by registration.
     pub fn sort_files<R: Ord>(&mut self, rank: impl Fn(FileId) -> R) {
         let file = |diagnostic: &Diagnostic| {
             (diagnostic.span().is_none(), diagnostic.span().map(|span| rank(span.file)))
@@ -372,11 +376,11 @@ impl FromIterator<Diagnostic> for Diagnostics {
     }
 }
 
-/// The number of diagnostics after which a check stops to look for more: nobody reads on, and a text of a million
-/// errors must not cost a million diagnostics.
+/// The number of diagnostics after which a check stops. It bounds the cost of inputs with very many errors.
 pub const MAX_DIAGNOSTICS: usize = 1_000;
 
-/// A text for a message: the first characters of a long one.
+/// Shortens a text for use in a message to its first 80 characters and an ellipsis; a shorter text is returned as it
+/// is.
 pub fn shorten(text: &str) -> std::borrow::Cow<'_, str> {
     match text.char_indices().nth(80) {
         Some((at, _)) => format!("{}…", &text[..at]).into(),
@@ -384,7 +388,7 @@ pub fn shorten(text: &str) -> std::borrow::Cow<'_, str> {
     }
 }
 
-/// A number with its noun, for a message.
+/// Returns a count with its noun, in the plural unless the count is 1, such as `2 passes`.
 pub fn counted(number: usize, noun: &str) -> String {
     let ending = if number == 1 {
         ""
@@ -396,12 +400,13 @@ pub fn counted(number: usize, noun: &str) -> String {
     format!("{number} {noun}{ending}")
 }
 
-/// Names for a message: the first two dozen, and how many more there are.
+/// Joins names with commas for a message: at most the first 24, then the number of the others.
 pub fn list_of(names: impl IntoIterator<Item = impl AsRef<str>>) -> String {
     joined(names, ", ")
 }
 
-/// The names along a cycle, or another way, for a message: as many, and how many more there are.
+/// Joins the names along a path, such as a dependency cycle, with arrows for a message: at most the first 24, then the
+/// number of the others.
 pub fn way_of(names: impl IntoIterator<Item = impl AsRef<str>>) -> String {
     joined(names, " → ")
 }

@@ -10,22 +10,23 @@ use super::Diagnostic;
 use crate::source::Span;
 
 const MAX_NAME: usize = 64;
-/// The beginning of a help that suggests a name.
+/// The beginning of help texts that suggest a name.
 pub(crate) const DID_YOU_MEAN: &str = "did you mean";
-/// Shorter names begin too many others by chance.
+/// The minimum length, in bytes, of a name that is completed to a longer known one. Shorter names match too many by
+/// chance.
 const MIN_BEGUN: usize = 4;
 
 impl Diagnostic {
-    /// Whether the help names what was probably meant.
+    /// Whether the help text suggests a similar name ("did you mean …").
     pub fn has_suggestion(&self) -> bool {
         self.help.as_ref().is_some_and(|help| help.starts_with(DID_YOU_MEAN))
     }
 
-    /// Adds the way out of a `name` that is none of `known`: the one that was probably meant, else what `otherwise`
-    /// says of the known ones.
+    /// Adds a help text for an unknown `name`: the most similar name of `known`, or the result of `otherwise` if none
+    /// is similar.
     ///
-    /// `written` is where the name stands, as it is or in quotes; where it is neither (it is computed, or has escapes)
-    /// there is no fix.
+    /// `written` is the span of the name in the source, with or without quotes. A fix is added only if the span has the
+    /// length of either form; computed or escaped names get none.
     #[must_use]
     pub fn suggest<'a>(
         self,
@@ -37,8 +38,8 @@ impl Diagnostic {
         self.suggest_unless(name, known, written, |_| false, otherwise)
     }
 
-    /// Suggests as [`Self::suggest`] does, except names that are `taken`: for keys of an object, which stand there
-    /// once only.
+    /// Adds a help text as [`Self::suggest`] does, but no fix for a name for which `taken` returns `true`. It serves
+    /// keys of objects, which must be unique.
     #[must_use]
     pub fn suggest_unless<'a>(
         self,
@@ -75,7 +76,8 @@ impl Diagnostic {
     }
 }
 
-/// The one known name that begins as this one does: `rgba16f` for `rgba16float`.
+/// Returns the known name that `name` is a prefix of, such as `rgba16float` for `rgba16f`; `None` if there is none or
+/// more than one.
 fn begun<'a>(name: &str, known: &[&'a str]) -> Option<&'a str> {
     if name.len() < MIN_BEGUN {
         return None;
@@ -84,10 +86,10 @@ fn begun<'a>(name: &str, known: &[&'a str]) -> Option<&'a str> {
     longer.next().copied().filter(|_| longer.next().is_none())
 }
 
-/// The closest of `candidates` to a misspelt `name`, where one is close enough to be meant.
+/// Returns the candidate most similar to a misspelt `name`; `None` if none is similar enough.
 ///
-/// Distance is Damerau–Levenshtein on the names as written; a candidate is close when it is within a third of the
-/// longer name's length (at least one edit). Ties go to the alphabetically first.
+/// The similarity is the Damerau–Levenshtein distance of the names in lower case. It may be at most a third of the
+/// longer name's length in characters, or one edit. Ties go to the alphabetically first.
 pub fn suggested_name<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let candidates: Vec<&str> = candidates.into_iter().collect();
     Closest::of(name, &candidates).map(|closest| closest.name)
@@ -95,7 +97,7 @@ pub fn suggested_name<'a>(name: &str, candidates: impl IntoIterator<Item = &'a s
 
 struct Closest<'a> {
     name: &'a str,
-    /// Whether no other candidate is as close.
+    /// Whether no other candidate has the same distance.
     is_certain: bool,
 }
 

@@ -9,7 +9,7 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-/// The value of one axis.
+/// The value of one axis, that is, of one variation parameter of a shader template.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum AxisValue {
@@ -21,7 +21,7 @@ pub enum AxisValue {
     Name(String),
 }
 
-/// Values of several axes, by name.
+/// Values of axes, by the names of the axes.
 pub type AxisValues = BTreeMap<String, AxisValue>;
 
 impl fmt::Display for AxisValue {
@@ -52,13 +52,13 @@ impl From<&str> for AxisValue {
     }
 }
 
-/// The values of some of the axes.
+/// Returns the values of those axes for whose names `is_wanted` returns `true`.
 pub fn select_axes(values: &AxisValues, is_wanted: impl Fn(&str) -> bool) -> AxisValues {
     let wanted = values.iter().filter(|(name, _)| is_wanted(name));
     wanted.map(|(name, value)| (name.clone(), value.clone())).collect()
 }
 
-/// `a=true, b=pcss`: values as one line, in the order of the names; `no axes` for none.
+/// Returns the values as one line sorted by name, such as `a=true, b=pcss`; `no axes` if there are none.
 pub fn describe(values: &AxisValues) -> String {
     if values.is_empty() {
         return "no axes".to_owned();

@@ -15,61 +15,63 @@ use jsonc_parser::tokens::Token;
 
 use super::tokens::STRICT_TOKENS;
 
-/// The maximum depth; no pipeline that nests deeper is read.
+/// The maximum depth of nested brackets; deeper texts are not examined.
 const MAX_DEPTH: usize = 1024;
-/// Only the first few places can be where it went wrong.
+/// The maximum number of unclosed brackets that are reported; later ones are probably consequences.
 const MAX_FOUND: usize = 4;
 
-/// A bracket that is not closed where its line says that it ends.
+/// A bracket that is not closed where the indentation suggests its end.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Unclosed {
-    /// The place of the bracket.
+    /// The byte offset of the bracket.
     pub(super) at: usize,
-    /// The closing bracket.
+    /// The closing bracket that is missing.
     pub(super) closer: char,
-    /// The token before which it should be closed; empty at the end of the text.
+    /// The byte range of the rest of the line before which the bracket should be closed; empty at the end of the text.
     pub(super) before: Range<usize>,
-    /// The place and the text of the missing closing bracket.
+    /// The byte offset and the characters to insert to close the bracket, with a comma if one is needed.
     pub(super) correction: (usize, String),
 }
 
-/// The brackets that a text leaves open.
+/// The unclosed brackets of a text.
 #[derive(Debug, Default)]
 pub(super) struct Found {
-    /// Unclosed brackets found by the layout, in the order of the places where they should be closed.
+    /// The unclosed brackets found by indentation, in the order in which they should be closed.
     pub(super) by_layout: Vec<Unclosed>,
-    /// The innermost bracket that is open at the end.
+    /// The innermost bracket that is open at the end of the text; `None` if all are closed.
     pub(super) at_the_end: Option<Unclosed>,
-    /// Whether the last line closes the outermost bracket, by its place: then the text is not cut off.
+    /// Whether the last line closes the outermost bracket according to its indentation, so that the text is not cut
+    /// off.
     pub(super) is_whole: bool,
 }
 
 #[derive(Clone, Copy)]
 struct Open {
     at: usize,
-    /// The start of its line, and the line's indentation.
+    /// The byte offset of the start of the bracket's line; `indentation` is that of the line, in bytes.
     line: usize,
     indentation: usize,
     is_brace: bool,
 }
 
-/// The state of a scan.
+/// The state of a scan for unclosed brackets.
 struct Scan<'t> {
     text: &'t str,
     open: Vec<Open>,
-    /// The numbers of open brackets and of open braces.
+    /// The number of open `[`, and the number of open `{`.
     count: [usize; 2],
     found: Found,
-    /// The start of the line, and its indentation if a token stood on it already.
+    /// The byte offset of the start of the current line; `indentation` is its indentation in bytes, `None` before its
+    /// first token.
     line: usize,
     indentation: Option<usize>,
-    /// Whether what the outermost bracket holds is indented.
+    /// Whether the contents of the outermost bracket are indented; `None` before the first line of them.
     is_laid_out: Option<bool>,
-    /// The end of the last token that is no comma, the start of its line, and whether a comma follows.
+    /// The end of the last token other than a comma, the byte offset of its line, and whether a comma follows it.
     last: (usize, usize, bool),
 }
 
-/// Finds what a text leaves open.
+/// Finds the unclosed brackets of a text.
 pub(super) fn unclosed(text: &str) -> Found {
     let mut scan = Scan {
         text,
@@ -136,7 +138,7 @@ impl Scan<'_> {
         }
     }
 
-    /// Compares the indentation of a line with those of the lines that opened what is open.
+    /// Reports open brackets that the indentation of a new line shows to be unclosed.
     fn first_of_line(&mut self, start: usize, indentation: usize, is_closer: bool) {
         let Some(outermost) = self.open.first() else { return };
         let is_left = indentation <= outermost.indentation;
@@ -167,7 +169,7 @@ impl Scan<'_> {
         self.count[usize::from(is_brace)] -= 1;
     }
 
-    /// Goes on as if the innermost bracket had been closed.
+    /// Reports the innermost open bracket as unclosed before the byte offset `start`, and treats it as closed.
     fn give_up(&mut self, open: Open, start: usize) {
         if self.found.by_layout.len() < MAX_FOUND {
             let rest = &self.text[start..];

@@ -7,19 +7,19 @@ use serde_json::Error;
 use super::{Entry, Kind, Value};
 
 impl Value {
-    /// The typed value that this one describes.
+    /// Decodes this JSON value into a typed value.
     ///
     /// # Errors
-    /// The error: the value does not fit the type.
+    /// A value that does not match the type.
     pub fn decode<T: DeserializeOwned>(&self) -> Result<T, Error> {
         T::deserialize(self)
     }
 }
 
-/// The typed value that these members of an object describe.
+/// Decodes the given members of an object into a typed value.
 ///
 /// # Errors
-/// The error: the value does not fit the type.
+/// Members that do not match the type.
 pub fn decode_entries<'a, T: DeserializeOwned>(entries: impl Iterator<Item = &'a Entry>) -> Result<T, Error> {
     T::deserialize(MapAccessDeserializer::new(members(entries)))
 }
@@ -103,7 +103,8 @@ mod tests {
     use crate::language::{PassCommon, ResourceDeclaration};
     use crate::source::Sources;
 
-    /// Whether decoding gives what it gives by way of an untyped tree, diagnostics included.
+    /// Returns `true` if the text decodes to the type. Panics if decoding by way of an untyped tree has another result
+    /// or error.
     fn alike<T: serde::de::DeserializeOwned + std::fmt::Debug>(text: &str) -> bool {
         let mut sources = Sources::new();
         let file = sources.add("t", text);

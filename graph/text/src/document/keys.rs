@@ -8,22 +8,23 @@ use std::hash::BuildHasher as _;
 
 use super::Entry;
 
-/// The number of keys up to which a linear search is faster than hashing.
+/// The number of entries below which the keys are searched linearly, which is then faster than hashing.
 const FEW_KEYS: usize = 16;
 
-/// Finds keys in a list of entries that only grows.
+/// An index of the keys in a list of entries that may grow, but not change otherwise.
 #[derive(Debug, Default)]
 pub(crate) struct Keys {
-    /// The index of a key with this hash.
+    /// The index of an entry, by the hash of its key.
     known: HashMap<u64, usize>,
-    /// The number of hashed entries.
+    /// The number of entries that are hashed so far.
     hashed: usize,
-    /// Whether two keys have one hash.
+    /// Whether two keys have the same hash, so that the search is linear.
     is_ambiguous: bool,
 }
 
 impl Keys {
-    /// The place of a key. The entries are always those of the same list.
+    /// Returns the index of the entry with this key; `None` if there is none. All calls must pass the same list, which
+    /// may grow in between.
     pub(crate) fn find(&mut self, entries: &[Entry], key: &str) -> Option<usize> {
         let look = || entries.iter().position(|entry| entry.key == key);
         if entries.len() < FEW_KEYS {

@@ -28,23 +28,23 @@ pub use sign::{Signs, Written};
 
 use crate::source::Span;
 
-/// A parsed text.
+/// A parsed JSON document.
 #[derive(Clone, Debug)]
 pub struct Document {
-    /// The one value that the text consists of.
+    /// The root value.
     pub root: Value,
 }
 
-/// A JSON value and its place.
+/// A JSON value with its span in the source.
 #[derive(Clone, Debug)]
 pub struct Value {
-    /// The place of the value.
+    /// The span of the value in the source.
     pub span: Span,
-    /// The value itself: a number, a text, an array, ….
+    /// The kind of the value with its contents.
     pub kind: Kind,
 }
 
-/// The kind of a JSON value.
+/// The contents of a JSON value, by kind.
 #[derive(Clone, Debug)]
 pub enum Kind {
     /// `null`
@@ -55,33 +55,34 @@ pub enum Kind {
     Number(serde_json::Number),
     /// A string, unescaped.
     Text(String),
-    /// An array.
+    /// An array, with its elements.
     Array(Vec<Value>),
-    /// An object, in the order of the text.
+    /// An object, with its members in the order of the source.
     Object(Vec<Entry>),
     /// A missing or unreadable value: only in a document that is not valid JSON.
     Missing,
 }
 
-/// A place of a text where something else should stand.
+/// A position in invalid JSON at which something is missing or wrong.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Hole {
-    /// The place: empty, or what stands there instead.
+    /// The span of what is there instead; empty if nothing is.
     pub place: Span,
-    /// The missing thing.
+    /// The expected syntax element.
     pub expected: Expected,
-    /// Whether the text was understood again between the hole before and this one.
+    /// Whether valid JSON was read between the previous hole and this one, so that this error is probably no
+    /// consequence.
     pub is_independent: bool,
 }
 
-/// A thing that is missing in a text that is no JSON.
+/// A syntax element that is missing in invalid JSON.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Expected {
     /// A value.
     Value,
     /// A key in double quotes.
     Key,
-    /// A colon behind a key.
+    /// A colon after a key.
     Colon,
     /// A comma between two members or elements.
     Comma,
@@ -89,7 +90,7 @@ pub enum Expected {
     Closer(char),
     /// The end of a string or comment, or an escape for a character.
     Escape,
-    /// The end: of the text, or of an object or array behind its last comma.
+    /// The end of the text, or of an object or array without a trailing comma.
     End,
 }
 
@@ -98,14 +99,14 @@ pub enum Expected {
 pub struct Entry {
     /// The key, unescaped.
     pub key: String,
-    /// The place of the key, quotes included.
+    /// The span of the key in the source, quotes included.
     pub key_span: Span,
     /// The value.
     pub value: Value,
 }
 
 impl Value {
-    /// The members, if this is an object.
+    /// The members; `None` if this is no object.
     pub fn entries(&self) -> Option<&[Entry]> {
         match &self.kind {
             Kind::Object(entries) => Some(entries),
@@ -113,7 +114,7 @@ impl Value {
         }
     }
 
-    /// The elements, if this is an array.
+    /// The elements; `None` if this is no array.
     pub fn elements(&self) -> Option<&[Value]> {
         match &self.kind {
             Kind::Array(elements) => Some(elements),
@@ -121,7 +122,7 @@ impl Value {
         }
     }
 
-    /// The text, if this is a string.
+    /// The unescaped contents of a string; `None` if this is no string.
     pub fn text(&self) -> Option<&str> {
         match &self.kind {
             Kind::Text(text) => Some(text),
@@ -129,22 +130,22 @@ impl Value {
         }
     }
 
-    /// The place of a `range` of the text in the file; `None` if this is not a string, or one with escapes.
+    /// The span of a byte range of the string in the source; `None` if this is no string, or has escapes.
     pub fn span_within(&self, range: std::ops::Range<usize>) -> Option<Span> {
         self.span.of_quoted(self.text()?, range)
     }
 
-    /// The member `key`, if this is an object that has one.
+    /// The value of the member `key`; `None` if this is no object, or lacks the member.
     pub fn get(&self, key: &str) -> Option<&Value> {
         self.entry(key).map(|entry| &entry.value)
     }
 
-    /// The members of the object under `key`; none where there is no such object.
+    /// The members of the object under `key`; empty if there is no object.
     pub fn entries_of(&self, key: &str) -> &[Entry] {
         self.get(key).and_then(Value::entries).unwrap_or_default()
     }
 
-    /// The members of the object under `key`, mutable; `None` without such an object.
+    /// The mutable members of the object under `key`; `None` if there is no object.
     pub fn entries_of_mut(&mut self, key: &str) -> Option<&mut Vec<Entry>> {
         let Kind::Object(entries) = &mut self.kind else { return None };
         match &mut entries.iter_mut().find(|entry| entry.key == key)?.value.kind {
@@ -153,17 +154,17 @@ impl Value {
         }
     }
 
-    /// The elements of the array under `key`; none where there is no such array.
+    /// The elements of the array under `key`; empty if there is no array.
     pub fn elements_of(&self, key: &str) -> &[Value] {
         self.get(key).and_then(Value::elements).unwrap_or_default()
     }
 
-    /// The member `key` with its key's place.
+    /// The member `key` with the span of its key; `None` if this is no object, or lacks the member.
     pub fn entry(&self, key: &str) -> Option<&Entry> {
         self.entries()?.iter().find(|entry| entry.key == key)
     }
 
-    /// The kind of the value, as a JSON author would say it.
+    /// The kind of the value with an article, such as `an array`.
     pub fn kind_name(&self) -> &'static str {
         match &self.kind {
             Kind::Null => "null",
@@ -176,8 +177,8 @@ impl Value {
         }
     }
 
-    /// The deepest value on the way of a JSON pointer that exists, starting here. A diagnostic about a value that is
-    /// not there (a default, a missing key) so falls on the object that lacks it.
+    /// Returns the deepest existing value on the path of a JSON pointer relative to this value. So a diagnostic about a
+    /// missing member points to its object.
     pub fn nearest(&self, pointer: &str) -> &Value {
         let mut value = self;
         for token in pointer.split('/').skip(1) {
@@ -197,7 +198,7 @@ impl Value {
         value
     }
 
-    /// A value that all stands at one place.
+    /// Converts a JSON value; all values and keys in it get the same span.
     pub fn from_json(value: serde_json::Value, span: Span) -> Self {
         let kind = match value {
             serde_json::Value::Null => Kind::Null,
@@ -217,7 +218,7 @@ impl Value {
         Self { span, kind }
     }
 
-    /// The value without its places.
+    /// Converts to a JSON value without spans; missing values become null.
     pub fn to_json(&self) -> serde_json::Value {
         match &self.kind {
             Kind::Null | Kind::Missing => serde_json::Value::Null,

@@ -12,14 +12,14 @@ use super::{Document, Expected, Hole, Kind, Value, syntax};
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::source::{FileId, Sources, Span};
 
-/// The maximum number of values that a text may have. The largest pipelines have 65,536 passes of a dozen values each.
+/// The maximum number of values in a document. The largest pipelines have 65,536 passes of a dozen values each.
 const MAX_VALUES: usize = 1_500_000;
 
 /// The maximum number of further syntax errors that are reported after the first.
 const MAX_FURTHER: usize = 3;
 
-/// The place at which a text has more values than are read, counted by brackets and commas outside of strings. The scan
-/// takes a hundredth of a second; the tree of such a text would take seconds and gigabytes.
+/// Returns the byte offset at which a text exceeds the maximum number of values; `None` if it does not. Brackets and
+/// commas outside of strings are counted, which avoids building a huge tree.
 fn beyond_the_values(text: &str) -> Option<usize> {
     if text.len() <= MAX_VALUES {
         return None;
@@ -42,29 +42,29 @@ fn beyond_the_values(text: &str) -> Option<usize> {
     None
 }
 
-/// A text as far as it is understood.
+/// The result of parsing a text, which may be invalid JSON.
 #[derive(Clone, Debug)]
 pub struct Parsed {
-    /// The tree. Of a text with diagnostics it is what could be understood.
+    /// The document. If there are diagnostics, it has the parts that could be understood.
     pub document: Document,
-    /// The places where something else should stand, in the order of the text.
+    /// The positions at which something is missing or wrong, in the order of the source.
     pub holes: Vec<Hole>,
-    /// The diagnostics: of a text that is no JSON the first place where it is none, and a few that do not follow from
-    /// it; of others all duplicate keys, and all numbers that cannot be represented.
+    /// The diagnostics. For invalid JSON, the first syntax error and a few independent ones; otherwise all duplicate
+    /// keys and unrepresentable numbers.
     pub diagnostics: Diagnostics,
 }
 
 impl Parsed {
-    /// The document, if nothing is wrong with its text.
+    /// Returns the document if there are no diagnostics.
     ///
     /// # Errors
-    /// The diagnostics.
+    /// The diagnostics of the text.
     pub fn valid(self) -> Result<Document, Diagnostics> {
         if self.diagnostics.is_empty() { Ok(self.document) } else { Err(self.diagnostics) }
     }
 }
 
-/// Parses a registered text.
+/// Parses a registered source text as JSON with comments.
 pub fn parse(sources: &Sources, file: FileId) -> Parsed {
     let text = sources.get(file).map(|file| file.text().clone()).unwrap_or_else(|| "".into());
     if let Some(at) = beyond_the_values(&text) {
@@ -93,8 +93,8 @@ pub fn parse(sources: &Sources, file: FileId) -> Parsed {
     Parsed { diagnostics: diagnostics.collect(), ..closed(parsed, file, &text) }
 }
 
-/// A text with brackets that are never closed, read as if one or all of them were closed where their layout says, if
-/// that leaves fewer holes.
+/// Parses a text with unclosed brackets again, with one or all of them closed where the indentation suggests. Returns
+/// the result with the fewest holes.
 fn closed(parsed: Parsed, file: FileId, text: &str) -> Parsed {
     if !parsed.holes.iter().any(|hole| matches!(hole.expected, Expected::Closer(_))) {
         return parsed;
@@ -186,7 +186,8 @@ mod tests {
         assert!(result.is_err());
     }
 
-    /// The tree of a text, with `_` where something is missing, and the messages.
+    /// Returns the tree of a text in a short notation, with `_` for missing values, and the messages of the
+    /// diagnostics.
     fn understood(text: &str) -> (String, Vec<String>) {
         fn shown(value: &Value) -> String {
             match &value.kind {

@@ -5,24 +5,24 @@
 
 use std::fmt;
 
-/// A JSON pointer (RFC 6901), as the way from the value around it.
+/// A JSON pointer (RFC 6901), as a chain from a value to those that contain it.
 #[derive(Clone, Copy, Debug)]
 pub enum Pointer<'p> {
-    /// A pointer that is text already.
+    /// A complete pointer as a string, such as `/passes/blur`.
     Text(&'p str),
-    /// A member of an object.
+    /// The pointer of an object, and the unescaped key of a member.
     Key(&'p Pointer<'p>, &'p str),
-    /// An element of an array.
+    /// The pointer of an array, and the index of an element.
     Element(&'p Pointer<'p>, usize),
 }
 
 impl<'p> Pointer<'p> {
-    /// The pointer of a member of the object at this one.
+    /// The pointer of the member `key` of the object at this pointer.
     pub fn key(&'p self, key: &'p str) -> Self {
         Pointer::Key(self, key)
     }
 
-    /// The pointer of an element of the array at this one.
+    /// The pointer of the element with index `at` of the array at this pointer.
     pub fn element(&'p self, at: usize) -> Self {
         Pointer::Element(self, at)
     }
@@ -47,7 +47,7 @@ impl From<&Pointer<'_>> for String {
     }
 }
 
-/// Appends one key to a JSON pointer, escaped as RFC 6901 wants it.
+/// Appends one key to a JSON pointer, escaped according to RFC 6901.
 pub fn pointer_join(pointer: &str, key: &str) -> String {
     let mut joined = String::with_capacity(pointer.len() + 1 + key.len());
     joined.push_str(pointer);

@@ -25,30 +25,30 @@ use super::{Entry, Expected, Hole, Keys, Kind, Value};
 use crate::diagnostic::{Diagnostic, Diagnostics, MAX_DIAGNOSTICS, codes};
 use crate::source::{FileId, Span};
 
-/// The maximum depth of nesting: as deep as `jsonc-parser` goes.
+/// The maximum depth of nested values, the same as that of `jsonc-parser`.
 const MAX_DEPTH: usize = 512;
 
-/// The maximum number of holes; a text with more is none that somebody writes.
+/// The maximum number of holes, after which the rest of the text is not read.
 const MAX_HOLES: usize = 256;
 
-/// Makes the tree while the text is scanned.
+/// Builds the tree of a document while its source is scanned.
 pub(super) struct Reader<'t> {
     file: FileId,
     text: &'t str,
     tokens: Tokens<'t>,
-    /// The entries and elements of objects and arrays that are not closed yet, those of the innermost last.
+    /// The entries of the objects that are not closed yet, those of the innermost last; `elements` has those of arrays.
     entries: Vec<Entry>,
     elements: Vec<Value>,
-    /// The numbers of open arrays and of open objects.
+    /// The number of open arrays, and the number of open objects.
     open: [usize; 2],
-    /// The end of the last token.
+    /// The byte offset of the end of the last token.
     end: usize,
-    /// Whether a whole member or element was read, and ended as it should, since the last hole.
+    /// Whether a member or element was read and properly ended since the last hole.
     is_calm: bool,
-    /// Duplicate keys, and numbers that cannot be represented.
+    /// The diagnostics about duplicate keys and unrepresentable numbers.
     pub(super) diagnostics: Diagnostics,
     pub(super) holes: Vec<Hole>,
-    /// The first thing that is wrong is a character that has to be an escape, in this string.
+    /// The byte range of a string with an unescaped control character, if that is the first error.
     pub(super) control_character: Option<std::ops::Range<usize>>,
 }
 
@@ -69,7 +69,7 @@ impl<'t> Reader<'t> {
         }
     }
 
-    /// The one value of the text.
+    /// Reads the root value of the text.
     pub(super) fn document(&mut self) -> Value {
         let Some(first) = self.next() else {
             self.hole(Expected::Value, 0..self.text.len());
@@ -129,7 +129,7 @@ impl<'t> Reader<'t> {
         }
     }
 
-    /// The value that begins with a token.
+    /// Reads the value that begins with the token `first`.
     fn value(&mut self, first: Lexeme<'t>, depth: usize) -> Value {
         let start = first.range.start;
         if depth > MAX_DEPTH {
@@ -153,7 +153,7 @@ impl<'t> Reader<'t> {
         Value { span: self.span(start..self.end), kind }
     }
 
-    /// Passes over what nests too deep.
+    /// Skips a value that is nested too deep, and returns a missing value.
     fn too_deep(&mut self, first: Lexeme<'t>) -> Value {
         let start = first.range.start;
         self.hole(Expected::Value, first.range.clone());
@@ -229,7 +229,7 @@ impl<'t> Reader<'t> {
         self.elements.split_off(start)
     }
 
-    /// The members of an object, the first of them at `start` of the entries.
+    /// Reads the members of an object; `start` is the index of the first one in `entries`.
     fn object(&mut self, start: usize, depth: usize) -> Vec<Entry> {
         let mut keys = Keys::default();
         let mut end_before = 0;
@@ -293,7 +293,7 @@ impl<'t> Reader<'t> {
         self.entries.split_off(start)
     }
 
-    /// The value of a member, from the colon on.
+    /// Reads the colon and the value of a member.
     fn member(&mut self, depth: usize) -> Value {
         let end = self.end;
         let mut next = self.next();
@@ -322,7 +322,7 @@ impl<'t> Reader<'t> {
         self.value(lexeme, depth + 2)
     }
 
-    /// The end of what stands before a token.
+    /// The byte offset of the end of the source before a token, without space.
     fn end_before(&self, lexeme: &Lexeme<'t>) -> usize {
         self.text.get(..lexeme.range.start).map_or(0, |text| text.trim_end().len())
     }
@@ -336,7 +336,7 @@ impl<'t> Reader<'t> {
         is_colon
     }
 
-    /// Ends an object or an array, perhaps behind a comma.
+    /// Ends an object or an array; `is_wanted` is `true` after a trailing comma, which is an error.
     fn closes(&mut self, is_wanted: bool, closer: std::ops::Range<usize>) {
         if is_wanted {
             self.hole(Expected::End, closer);
@@ -351,7 +351,8 @@ impl<'t> Reader<'t> {
         self.hole(Expected::Closer(closer), end..end);
     }
 
-    /// Finds a key that an object has already; `end` is that of the entry before.
+    /// Reports a duplicate key; `first` is the index of the earlier entry, and `end` the byte offset of the end of the
+    /// previous one.
     fn stands_twice(&mut self, first: usize, key_span: Span, value: &Value, end: u32) {
         if self.diagnostics.len() >= MAX_DIAGNOSTICS {
             return;

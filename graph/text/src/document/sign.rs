@@ -12,19 +12,19 @@ use super::Value;
 use crate::diagnostic::{Diagnostic, codes};
 use crate::expression::{Reference, parse};
 
-/// A string of a document without its sign.
+/// A string of a document, classified by its first character, the sign `=` or `&`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Written<'a> {
-    /// An expression, after an equals sign.
+    /// An expression, without its `=`.
     Expression(&'a str),
-    /// A reference, after an ampersand.
+    /// A reference, without its `&`.
     Reference(&'a str),
     /// A word, a file or a declared name.
     Plain(&'a str),
 }
 
 impl<'a> Written<'a> {
-    /// Reads the sign of a string.
+    /// Classifies a string by its first character.
     pub fn of(text: &'a str) -> Self {
         match (text.strip_prefix('='), text.strip_prefix('&')) {
             (Some(expression), _) => Self::Expression(expression),
@@ -34,17 +34,17 @@ impl<'a> Written<'a> {
     }
 }
 
-/// The signs that a string needs at a place.
+/// The first characters that a key of the schema requires of a string.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Signs {
-    /// An equals sign.
+    /// An expression: `=`.
     Expression,
-    /// An ampersand, or an equals sign.
+    /// A reference, or an expression that yields one: `&` or `=`.
     Reference,
 }
 
 impl Signs {
-    /// The signs that a pattern of a schema asks for.
+    /// The signs that a `pattern` of a schema requires; `None` for a pattern about something else.
     pub fn of_pattern(pattern: &str) -> Option<Self> {
         match pattern {
             "^=" => Some(Self::Expression),
@@ -53,7 +53,8 @@ impl Signs {
         }
     }
 
-    /// The diagnostic of a string that has none of them; with a fix where the sign is all that it lacks.
+    /// Returns a diagnostic if a string lacks a required sign, with a fix if it is valid with the sign. `None` for
+    /// valid strings and other values.
     pub fn check(self, value: &Value) -> Option<Diagnostic> {
         let text = value.text()?;
         let (wanted, sign, code) = match (self, Written::of(text)) {

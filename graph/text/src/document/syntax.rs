@@ -30,10 +30,10 @@ pub(super) const STRICT: ParseOptions = ParseOptions {
     allow_extended_string_escapes: false,
 };
 
-/// Longer texts are not read again to see whether a fix mends them.
+/// The maximum size, in bytes, of a text that is parsed again to check whether a fix removes the error.
 const MAX_MENDED: usize = 1 << 20;
 
-/// The diagnostic for a text that is no JSON.
+/// Creates the diagnostic for the first syntax error of a text that is not valid JSON.
 pub(super) fn syntax(file: FileId, text: &str) -> Diagnostic {
     let whole = Span::new(file, 0..text.len());
     let help = "pipelines are strict JSON; only // and /* */ comments are allowed on top of it";
@@ -72,8 +72,8 @@ pub(super) fn syntax(file: FileId, text: &str) -> Diagnostic {
     }
 }
 
-/// The diagnostic for a bracket that is never closed: where it stands, which is where a reader looks for its end. An
-/// error that is found before the end of the text is such a one if closing the bracket is all that is missing.
+/// Creates the diagnostic for an unclosed bracket, at the bracket. `None` if `error` has another cause. An error before
+/// the end of the text counts only if closing the bracket removes all errors.
 fn open_bracket(file: FileId, text: &str, error: &ParseErrorKind) -> Option<Diagnostic> {
     use ParseErrorKind as Error;
     let is_at_the_end = matches!(error, Error::UnterminatedObject | Error::UnterminatedArray);
@@ -123,15 +123,15 @@ fn open_bracket(file: FileId, text: &str, error: &ParseErrorKind) -> Option<Diag
 }
 
 impl Unclosed {
-    /// Whether the text is JSON with nothing but this bracket closed.
+    /// Whether closing this bracket makes the text valid JSON.
     fn mends(&self, text: &str) -> bool {
         let (at, written) = &self.correction;
         error_after(text, *at..*at, written) == Some(None)
     }
 }
 
-/// The diagnostic for a string with a character that only an escape can write: most often its end is missing, and it
-/// goes on to the quotes of the next line.
+/// Creates the diagnostic for a string with an unescaped control character. Most often the closing quote is missing, so
+/// that the string goes on to the next line.
 pub(super) fn control_character(file: FileId, text: &str, string: Range<usize>) -> Diagnostic {
     let written = text.get(string.clone()).unwrap_or_default();
     let line = written.split(['\n', '\r']).next().unwrap_or_default();
@@ -146,7 +146,7 @@ pub(super) fn control_character(file: FileId, text: &str, string: Range<usize>) 
         .help(help)
 }
 
-/// The diagnostic for a further place that is no JSON.
+/// Creates the diagnostic for a syntax error after the first.
 pub(super) fn further(hole: &Hole) -> Diagnostic {
     let (message, help) = match hole.expected {
         Expected::Comma => ("expected a comma", "put a comma in between"),
@@ -162,7 +162,7 @@ pub(super) fn further(hole: &Hole) -> Diagnostic {
     Diagnostic::error(codes::SYNTAX, place, format!("this is not JSON: {message}")).help(help)
 }
 
-/// The one way to mend an error.
+/// The only sensible correction of a syntax error.
 struct Correction {
     range: Range<usize>,
     replacement: String,
@@ -207,14 +207,15 @@ fn correction(text: &str, error: &ParseError) -> Option<Correction> {
 }
 
 impl Correction {
-    /// Whether the text is read further with it.
+    /// Whether the parser gets past the corrected position with the correction applied.
     fn mends(&self, text: &str) -> bool {
         let error = error_after(text, self.range.clone(), &self.replacement);
         error.is_some_and(|error| error.is_none_or(|at| at > self.range.start + self.replacement.len()))
     }
 }
 
-/// The place of the first error in a text of which a range is replaced; `None` if the text is too long to tell.
+/// Returns the byte offset of the first error after replacing a range of the text; `Some(None)` if there is none.
+/// `None` if the text is too long to check.
 fn error_after(text: &str, range: Range<usize>, replacement: &str) -> Option<Option<usize>> {
     let (before, behind) = (text.get(..range.start)?, text.get(range.end..)?);
     let mended = (text.len() <= MAX_MENDED).then(|| [before, replacement, behind].concat())?;
@@ -238,7 +239,7 @@ mod tests {
     use crate::edit;
     use crate::source::Sources;
 
-    /// The text with its fixes made, one after the other.
+    /// Applies the fixes of a text one after the other, and returns the result.
     fn mend(text: &str) -> String {
         let mut text = text.to_owned();
         loop {
@@ -264,7 +265,7 @@ mod tests {
         }
     }
 
-    /// The marked places of the diagnostics of a text, and their related places.
+    /// Returns the byte offset and source of each diagnostic's place, with the sources of its related places.
     fn marked(text: &str) -> Vec<(usize, String, Vec<String>)> {
         let mut sources = Sources::new();
         let file = sources.add("a", text);

@@ -22,47 +22,47 @@ pub(super) const STRICT_TOKENS: ScannerOptions = ScannerOptions {
     allow_extended_string_escapes: false,
 };
 
-/// A token, or the piece of a text that is none.
+/// A token, or a piece of the source that is no valid token.
 #[derive(Clone, Debug)]
 pub(super) struct Lexeme<'t> {
-    /// The token. A piece that is none is a word.
+    /// The token. Invalid pieces are strings or words.
     pub(super) token: Token<'t>,
-    /// The place in the text.
+    /// The byte range in the source.
     pub(super) range: Range<usize>,
-    /// The reason why it cannot stand in JSON.
+    /// The reason for which the token is not valid JSON; `None` if it is valid.
     pub(super) fault: Option<Fault>,
 }
 
-/// Why a token cannot stand in JSON.
+/// The reason for which a token is not valid JSON.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Fault {
-    /// It begins no token, or does not end.
+    /// A character that begins no token, or a token without an end.
     Malformed,
-    /// A character in it has to be an escape.
+    /// A string with a control character that must be written as an escape.
     ControlCharacter,
-    /// It is a string that does not end on its line.
+    /// A string that does not end on its line.
     OpenString,
 }
 
-/// The tokens of a text, comments left out.
+/// The tokens of a source text without its comments, also if it is not valid JSON.
 pub(super) struct Tokens<'t> {
     text: &'t str,
     scanner: Scanner<'t>,
-    /// The place in the text at which the scanner's text begins.
+    /// The byte offset in the source at which the scanner started.
     base: usize,
-    /// Tokens that were taken back, the next one first.
+    /// Tokens that were put back, the next one first.
     back: VecDeque<Lexeme<'t>>,
-    /// Closing brackets that are missing, each with the place that it belongs before, the first one first.
+    /// Missing closing brackets to insert, each with the byte offset that it is inserted before, in order.
     inserted: VecDeque<(usize, char)>,
 }
 
 impl<'t> Tokens<'t> {
-    /// The tokens of a text, as if these closing brackets stood before these places.
+    /// Creates the tokens of a text, with closing brackets inserted before the given byte offsets.
     pub(super) fn new(text: &'t str, inserted: VecDeque<(usize, char)>) -> Self {
         Self { text, scanner: Scanner::new(text, &STRICT_TOKENS), base: 0, back: VecDeque::new(), inserted }
     }
 
-    /// The next token; `None` at the end.
+    /// Returns the next token; `None` at the end of the source.
     pub(super) fn next(&mut self) -> Option<Lexeme<'t>> {
         let lexeme = self.back.pop_front().or_else(|| self.scan());
         let start = lexeme.as_ref().map_or(self.text.len(), |lexeme| lexeme.range.start);
@@ -75,7 +75,7 @@ impl<'t> Tokens<'t> {
         lexeme
     }
 
-    /// Puts a token back, so that it is the next.
+    /// Puts a token back, so that [`Self::next`] returns it again.
     pub(super) fn take_back(&mut self, lexeme: Lexeme<'t>) {
         self.back.push_front(lexeme);
     }
@@ -113,7 +113,7 @@ impl<'t> Tokens<'t> {
         let token = Token::String(inside.strip_suffix(',').unwrap_or(inside).into());
         Lexeme { token, range: range.start..end, fault: Some(Fault::OpenString) }
     }
-    /// A token for the text at which the scanner stops.
+    /// Returns a token for the source at `start`, which the scanner rejects, and continues after it.
     fn malformed(&mut self, start: usize) -> Option<Lexeme<'t>> {
         let rest = self.text.get(start..).filter(|rest| !rest.is_empty())?;
         let line = || rest.split(['\n', '\r']).next().unwrap_or_default();
@@ -144,7 +144,7 @@ impl<'t> Tokens<'t> {
     }
 }
 
-/// The place of the quote that closes a string at the start of a line.
+/// Returns the byte offset of the quote that closes the string at the start of `line`; `None` if it does not end there.
 fn closing(line: &str, quote: char) -> Option<usize> {
     let mut is_escaped = false;
     line.char_indices().skip(1).find_map(|(at, c)| {

@@ -14,7 +14,7 @@ use super::{Edit, EditError, Edits};
 use crate::document::Value;
 use crate::document::format::{self, WIDTH};
 
-/// A member or an element to be put into a container.
+/// A member or an element to insert into an object or array.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Item {
     key: Option<String>,
@@ -24,7 +24,7 @@ pub struct Item {
 #[derive(Clone, Debug, PartialEq)]
 enum Content {
     Value(Json),
-    /// A member as written elsewhere, with the comments before and behind it.
+    /// A member copied from a source text, with the comments before and after it.
     Written {
         head: String,
         tail: String,
@@ -33,20 +33,20 @@ enum Content {
 }
 
 impl Item {
-    /// An element of an array.
+    /// Creates an element of an array.
     pub fn element(value: Json) -> Self {
         Self { key: None, content: Content::Value(value) }
     }
 
-    /// A member of an object.
+    /// Creates a member of an object.
     pub fn member(key: impl Into<String>, value: Json) -> Self {
         Self { key: Some(key.into()), content: Content::Value(value) }
     }
 
-    /// A copy of what stands in a container, with its comments.
+    /// Copies the member or element at position `at` of a container, with its comments.
     ///
     /// # Errors
-    /// No container of the text, or no such position in it.
+    /// A value that is no container of the text, or a position beyond its end.
     pub fn copied(text: &str, container: &Value, at: usize) -> Result<Self, EditError> {
         let layout = Layout::of(text, container)?;
         let count = layout.members.len();
@@ -64,7 +64,7 @@ impl Item {
         })
     }
 
-    /// Whether a comment of its own has to begin a line.
+    /// Whether the item starts with a comment that must begin a line.
     fn begins_line(&self) -> bool {
         matches!(&self.content, Content::Written { head, .. } if head.starts_with('/') && head.contains('\n'))
     }
@@ -73,7 +73,8 @@ impl Item {
         matches!(&self.content, Content::Written { tail, .. } if ends_in_line_comment(tail))
     }
 
-    /// Its text, with a comma where others follow, from a column of a line with this indentation on.
+    /// Returns the item's source for a column (in characters) of a line with this indentation. `comma` is inserted
+    /// after the value, before comments.
     fn written(&self, text: &str, column: usize, indentation: &str, comma: &str) -> String {
         match &self.content {
             Content::Value(value) => laid_out(text, self.key.as_deref(), value, column, indentation) + comma,
@@ -90,7 +91,7 @@ impl Item {
     }
 }
 
-/// The text of a value, or of a member, that begins at a column of a line.
+/// Prints a value, or the member `key` with it, for a column (in characters) of a line with this indentation.
 pub(super) fn laid_out(
     text: &str,
     key: Option<&str>,
@@ -108,10 +109,10 @@ pub(super) fn laid_out(
     })
 }
 
-/// Puts a new member or element before the one at a position, or behind all.
+/// Inserts a member or element before position `at` of a container; `at` may be the number of members, to append it.
 ///
 /// # Errors
-/// No container of the text, no such position, a key that is there already.
+/// A value that is no container of the text, a position beyond its end, or a key that exists already.
 pub fn insert(text: &str, container: &Value, at: usize, item: &Item) -> Result<Edits, EditError> {
     let layout = Layout::of(text, container)?;
     let count = layout.members.len();
@@ -128,10 +129,10 @@ pub fn insert(text: &str, container: &Value, at: usize, item: &Item) -> Result<E
     Edits::new(arrange(&layout, &wanted))
 }
 
-/// Removes a member or an element with its comma and its comments.
+/// Removes the member or element at position `at` with its comma and its comments.
 ///
 /// # Errors
-/// No container of the text, or no such position.
+/// A value that is no container of the text, or a position beyond its end.
 pub fn remove(text: &str, container: &Value, at: usize) -> Result<Edits, EditError> {
     let layout = Layout::of(text, container)?;
     let count = layout.members.len();
@@ -143,10 +144,10 @@ pub fn remove(text: &str, container: &Value, at: usize) -> Result<Edits, EditErr
     Edits::new(arrange(&layout, &wanted))
 }
 
-/// Moves a member or an element with its comments within its container, so that it stands at another position.
+/// Moves the member or element at position `from` of a container, with its comments, to position `to`.
 ///
 /// # Errors
-/// No container of the text, or no such positions.
+/// A value that is no container of the text, or a position beyond its end.
 pub fn reorder(text: &str, container: &Value, from: usize, to: usize) -> Result<Edits, EditError> {
     let item = Item::copied(text, container, from)?;
     let layout = Layout::of(text, container)?;
@@ -163,14 +164,14 @@ pub fn reorder(text: &str, container: &Value, from: usize, to: usize) -> Result<
     Edits::new(arrange(&layout, &wanted))
 }
 
-/// A member that a container is to have.
+/// A member of the wanted contents of a container.
 pub(super) enum Wanted<'i> {
-    /// One that is there, by its position. These keep their order.
+    /// An existing member, by its position. Existing members keep their order.
     Kept(usize),
     New(&'i Item),
 }
 
-/// The edits by which a container gets the members that are wanted.
+/// Returns the edits that give a container the wanted members.
 pub(super) fn arrange(layout: &Layout<'_>, wanted: &[Wanted<'_>]) -> Vec<Edit> {
     let mut edits = Vec::new();
     let (mut before, mut new) = (None, Vec::new());
@@ -187,7 +188,7 @@ pub(super) fn arrange(layout: &Layout<'_>, wanted: &[Wanted<'_>]) -> Vec<Edit> {
     edits
 }
 
-/// The gap between two members that are kept, or between one and a bracket.
+/// The gap between two kept members, or between a kept member and a bracket.
 struct Slot<'s, 't> {
     layout: &'s Layout<'t>,
     before: Option<usize>,
@@ -233,7 +234,7 @@ impl Slot<'_, '_> {
         }
     }
 
-    /// The ranges to remove: of members with nothing but space between them one.
+    /// The byte ranges of removed members; members with only space between them share one range.
     fn blocks(&self, removed: Range<usize>) -> Vec<Range<usize>> {
         let mut blocks: Vec<Range<usize>> = Vec::new();
         for member in &self.layout.members[removed] {
@@ -247,7 +248,7 @@ impl Slot<'_, '_> {
         blocks
     }
 
-    /// Gives the member before a comma if something follows, and only then.
+    /// Adds or removes the comma of the member before the gap, so that it has one if a member follows.
     fn mend_comma(&self, edits: &mut Vec<Edit>) {
         let Some(member) = self.before.map(|at| &self.layout.members[at]) else { return };
         let is_wanted = self.behind.is_some() || !self.new.is_empty();
@@ -262,14 +263,15 @@ impl Slot<'_, '_> {
         edits.push(Edit { range, replacement: if is_wanted { "," } else { "" }.to_owned() });
     }
 
-    /// The new members in the place of others.
+    /// Returns the edit that replaces a range of removed members by the new ones.
     fn in_place_of(&self, range: Range<usize>) -> Edit {
         let lines = usize::from(self.layout.begins_line(range.start));
         let row = self.row(range.start, None, lines) + &self.line_end_before(range.end);
         Edit { range, replacement: row }
     }
 
-    /// The new members behind one that is kept, as far from it as its neighbours are from one another.
+    /// Adds the edit that inserts the new members after a kept one, with as many line ends as its neighbours have
+    /// between them.
     fn behind_member(&self, before: usize, edits: &mut Vec<Edit>) {
         let Layout { text, members, .. } = self.layout;
         let at = members[before].end;
@@ -287,7 +289,7 @@ impl Slot<'_, '_> {
         }
     }
 
-    /// The new members before the first that is kept.
+    /// Returns the edit that inserts the new members before the first kept one.
     fn before_first(&self, behind: usize) -> Edit {
         let at = self.layout.members[behind].start;
         let next = (behind + 1..self.layout.members.len()).take(2).map(|at| self.lines_before(at));
@@ -297,7 +299,7 @@ impl Slot<'_, '_> {
         Edit { range: at..at, replacement: self.row(at, None, lines) + &gap }
     }
 
-    /// The new members where there are none.
+    /// Returns the edit that inserts the new members into an empty container.
     fn in_empty(&self) -> Edit {
         let Layout { text, start, close, is_object, .. } = *self.layout;
         let from = self.layout.space_before(close).start.max(start);
@@ -317,8 +319,8 @@ impl Slot<'_, '_> {
         Edit { range: from..close, replacement }
     }
 
-    /// The new members, with commas where others follow, and so many line ends before each; before the first as many as
-    /// `first` says, or nothing.
+    /// Returns the source of the new members with their commas, and `lines` line ends before each. `first` is the
+    /// number of line ends before the first member; `None` for no gap.
     fn row(&self, at: usize, first: Option<usize>, lines: usize) -> String {
         let Layout { text, .. } = *self.layout;
         let is_broken = self.layout.members.iter().any(|member| self.layout.begins_line(member.start));
@@ -350,7 +352,7 @@ impl Slot<'_, '_> {
         row
     }
 
-    /// A space, or line ends with the indentation of the next line.
+    /// Returns a space if `lines` is 0, otherwise line ends with the indentation of the next line.
     fn gap(&self, lines: usize) -> String {
         match lines {
             0 => " ".to_owned(),
@@ -358,13 +360,13 @@ impl Slot<'_, '_> {
         }
     }
 
-    /// The number of line ends right before a member, two at most.
+    /// The number of line ends directly before a member, at most two.
     fn lines_before(&self, at: usize) -> usize {
         let before = self.layout.space_before(self.layout.members[at].start);
         self.layout.line_ends(before).min(2)
     }
 
-    /// The end of the line where the new members end in a comment that would go on.
+    /// Returns a line end if the new members end in a line comment and no line end follows at `at`; otherwise nothing.
     fn line_end_before(&self, at: usize) -> String {
         let Layout { text, start, .. } = *self.layout;
         let is_commented = self.new.last().is_some_and(|item| item.ends_in_line_comment());
@@ -377,7 +379,7 @@ impl Slot<'_, '_> {
         }
     }
 
-    /// The column, in characters, behind what follows a place.
+    /// The column, in characters, after `following` is written at the byte offset `at`.
     fn column(&self, at: usize, following: &str) -> usize {
         match following.rfind('\n') {
             Some(end) => following[end + 1..].chars().count(),

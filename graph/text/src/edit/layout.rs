@@ -12,36 +12,36 @@ use std::ops::Range;
 use super::EditError;
 use crate::document::{Kind, Value};
 
-/// An array or an object of a text.
+/// The layout of an array or an object in its source text. Positions are byte offsets.
 pub(super) struct Layout<'t> {
     pub(super) text: &'t str,
     pub(super) is_object: bool,
     /// The end of the opening bracket.
     pub(super) start: usize,
-    /// The end of the opening bracket and of the comments behind it on its line.
+    /// The end of the opening bracket and of the comments after it on its line.
     pub(super) open: usize,
     /// The start of the closing bracket.
     pub(super) close: usize,
     pub(super) members: Vec<Member>,
 }
 
-/// The places of a member or an element.
+/// The byte offsets of a member or an element, with its comments and comma.
 pub(super) struct Member {
-    /// The start of its first comment.
+    /// The start of its first comment, or of the member itself.
     pub(super) start: usize,
-    /// The end of the value.
+    /// The byte offset of the end of the value.
     pub(super) value_end: usize,
-    /// The comma.
+    /// The byte offset of the comma; `None` if there is none.
     pub(super) comma: Option<usize>,
-    /// The end of the comma and of the comments behind it on the line.
+    /// The end of the comma and of the comments after it on the line.
     pub(super) end: usize,
 }
 
 impl<'t> Layout<'t> {
-    /// Finds what belongs to the members of a value.
+    /// Finds the comments and the comma of each member of an array or object.
     ///
     /// # Errors
-    /// A value without members, or one that is not of this text.
+    /// A value that is no array or object, or is not in this text.
     pub(super) fn of(text: &'t str, value: &Value) -> Result<Self, EditError> {
         let (is_object, places) = match &value.kind {
             Kind::Array(elements) => (false, elements.iter().map(|one| (one.span, one.span)).collect()),
@@ -70,7 +70,8 @@ impl<'t> Layout<'t> {
         Ok(layout)
     }
 
-    /// Shares out what stands between two members, or one and a bracket; where the next begins with its comments.
+    /// Assigns the comments and comma between two members, or a member and a bracket. Returns the byte offset at which
+    /// the next member begins with its comments.
     fn share_out(&mut self, between: Range<usize>, is_last: bool) -> Result<usize, EditError> {
         let Range { start, end } = between.clone();
         let gap = self.text.get(between.clone()).ok_or(EditError::Outside(between))?;
@@ -108,43 +109,43 @@ impl<'t> Layout<'t> {
         Ok(next)
     }
 
-    /// The space before a place.
+    /// The byte range of the space before a byte offset.
     pub(super) fn space_before(&self, at: usize) -> Range<usize> {
         self.text[..at].trim_end_matches(SPACE).len()..at
     }
 
-    /// The space behind a place.
+    /// The byte range of the space after a byte offset.
     pub(super) fn space_behind(&self, at: usize) -> Range<usize> {
         let rest = &self.text[at..];
         at..at + rest.len() - rest.trim_start_matches(SPACE).len()
     }
 
-    /// The number of line ends in a range.
+    /// The number of line ends in a byte range.
     pub(super) fn line_ends(&self, range: Range<usize>) -> usize {
         let text = &self.text[range];
         (0..text.len()).filter(|at| ends_line(text, *at)).count()
     }
 
-    /// Whether a place is the first of its line that is not space.
+    /// Whether only space is before a byte offset on its line.
     pub(super) fn begins_line(&self, at: usize) -> bool {
         self.line_ends(self.space_before(at)) > 0
     }
 
-    /// Whether a place between members is in a line comment, or at the end of one.
+    /// Whether a byte offset between members is inside a line comment, or at its end.
     pub(super) fn is_commented_out(&self, at: usize) -> bool {
         let before = self.members.iter().rev().find(|member| member.value_end <= at);
         let from = before.map_or(self.start, |member| member.value_end);
         ends_in_line_comment(&self.text[from..at])
     }
 
-    /// The space at the start of the line of a place.
+    /// The indentation of the line that contains a byte offset.
     pub(super) fn indentation(&self, at: usize) -> &'t str {
         let line = &self.text[line_start(self.text, at)..];
         &line[..line.len() - line.trim_start_matches([' ', '\t']).len()]
     }
 
-    /// The indentation of members that begin a line: that of the first that does, else one step more than the
-    /// container's.
+    /// The indentation of members that begin a line: that of the first such member, otherwise one step more than the
+    /// container's line.
     pub(super) fn member_indentation(&self) -> String {
         match self.members.iter().find(|member| self.begins_line(member.start)) {
             Some(member) => self.indentation(member.start).to_owned(),
@@ -155,7 +156,7 @@ impl<'t> Layout<'t> {
 
 pub(super) const SPACE: [char; 4] = [' ', '\t', '\n', '\r'];
 
-/// The length of the comment at a place of a text; 0 where there is none.
+/// The length, in bytes, of the comment that begins at a byte offset; 0 if none does.
 fn comment_length(text: &str, at: usize) -> usize {
     let rest = || &text[at..];
     match &text.as_bytes()[at..] {
@@ -165,7 +166,7 @@ fn comment_length(text: &str, at: usize) -> usize {
     }
 }
 
-/// Whether a text of comments, commas and space ends in a line comment.
+/// Whether a text, which consists of comments, commas and space, ends in a line comment.
 pub(super) fn ends_in_line_comment(text: &str) -> bool {
     let mut at = 0;
     while at < text.len() {
@@ -185,12 +186,12 @@ fn ends_line(text: &str, at: usize) -> bool {
     }
 }
 
-/// The start of the line of a place.
+/// The byte offset of the start of the line that contains a byte offset.
 pub(super) fn line_start(text: &str, at: usize) -> usize {
     text[..at].rfind(['\n', '\r']).map_or(0, |end| end + 1)
 }
 
-/// The end of lines of a text: that of the first.
+/// The line end that a text uses, taken from its first line.
 pub(super) fn line_end(text: &str) -> &'static str {
     match text.find('\n') {
         Some(at) if text[..at].ends_with('\r') => "\r\n",
@@ -198,7 +199,7 @@ pub(super) fn line_end(text: &str) -> &'static str {
     }
 }
 
-/// A step of indentation in a text: that of the first line that is indented.
+/// The indentation of one level in a text, taken from its first indented line; two spaces if there is none.
 pub(super) fn step(text: &str) -> &str {
     let indentation = |line: &'_ str| line.len() - line.trim_start_matches([' ', '\t']).len();
     let mut lines = text.lines().filter(|line| !line.trim_start().starts_with(['/', '*']));

@@ -11,8 +11,8 @@ use super::{EditError, Edits};
 use crate::diagnostic::Diagnostic;
 use crate::source::Sources;
 
-/// The edits that the fixes of diagnostics come to, by the names of the files, which stand for their contents however
-/// often they are registered. Files for which `is_writable` says no keep their texts, and fixes that need them wait.
+/// Returns the edits of the fixes of diagnostics, by the names of the files. Files of one name are taken as the same
+/// file. A fix is skipped if it overlaps an earlier one, or changes a file for which `is_writable` returns `false`.
 pub fn mend<'a>(
     diagnostics: impl IntoIterator<Item = &'a Diagnostic>,
     sources: &Sources,

@@ -38,31 +38,31 @@ pub use space::between;
 
 use std::ops::Range;
 
-/// A replacement of a range of a text.
+/// A replacement of a byte range of a text.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Edit {
-    /// The bytes to replace; an empty range is a place to insert at.
+    /// The byte range to replace; an empty range is an insertion.
     pub range: Range<usize>,
     /// The new text.
     pub replacement: String,
 }
 
-/// Replacements of parts of one text, in the order of their ranges, none of which overlap.
+/// Edits of one text, in the order of their ranges and without overlaps.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Edits {
     list: Vec<Edit>,
 }
 
-/// A change that cannot be made.
+/// The error of an edit that cannot be made.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum EditError {
-    /// Two replacements of the same bytes, two insertions at one place, or one beside what is removed.
+    /// Two replacements of the same bytes, two insertions at one position, or an insertion next to a removed range.
     #[error("the bytes {0:?} and {1:?} of one text are to be replaced at once")]
     Overlap(Range<usize>, Range<usize>),
-    /// A range that is not one of the text: beyond its end, or within a character.
+    /// A byte range beyond the end of the text, or with a bound inside a character.
     #[error("the text has no part {0:?}")]
     Outside(Range<usize>),
-    /// A value that is neither an array nor an object, or one that several texts were composed to.
+    /// A value that is no array or object, or whose members are not all in this text.
     #[error("this is no array or object of the text")]
     NoContainer,
     /// A position beyond the last member or element.
@@ -79,23 +79,23 @@ pub enum EditError {
     /// A key that the object has already.
     #[error("\"{0}\" is there already")]
     KeyTaken(String),
-    /// A name that no expression could write.
+    /// A string that is no valid name in expressions.
     #[error("\"{0}\" is no name: names begin with a letter and consist of letters, digits and \"_\"")]
     NoName(String),
-    /// A use that puts a name together.
+    /// A use that computes the name, so that the source does not contain it.
     #[error("{file} uses \"{name}\" at the bytes {range:?} and does not write the name there")]
     NotWritten {
-        /// The name.
+        /// The name that is used.
         name: String,
-        /// The name of the file.
+        /// The name of the file that contains the use.
         file: String,
-        /// The place.
+        /// The byte range of the use.
         range: Range<usize>,
     },
 }
 
 impl Edits {
-    /// Edits of one text.
+    /// Collects edits of one text, in any order.
     ///
     /// # Errors
     /// Edits that overlap.
@@ -117,20 +117,20 @@ impl Edits {
         }
     }
 
-    /// Whether the text stays as it is.
+    /// Whether there are no edits.
     pub fn is_empty(&self) -> bool {
         self.list.is_empty()
     }
 
-    /// The edits in the order of their ranges.
+    /// Iterates over the edits in the order of their ranges.
     pub fn iter(&self) -> std::slice::Iter<'_, Edit> {
         self.list.iter()
     }
 
-    /// The text with the edits made.
+    /// Returns the text with the edits applied.
     ///
     /// # Errors
-    /// A range that the text does not have: the edits are those of another text.
+    /// A range outside of the text, which happens if the edits belong to another text.
     pub fn apply(&self, text: &str) -> Result<String, EditError> {
         let mut edited = String::with_capacity(text.len());
         let mut at = 0;
@@ -144,10 +144,10 @@ impl Edits {
         Ok(edited)
     }
 
-    /// The edits that give back `text`, once these are made in it.
+    /// Returns the edits that restore `text` from the result of applying these edits to it.
     ///
     /// # Errors
-    /// A range that the text does not have.
+    /// A range outside of the text.
     pub fn inverse(&self, text: &str) -> Result<Self, EditError> {
         let mut inverse: Vec<Edit> = Vec::new();
         let (mut at, mut new) = (0, 0);
@@ -177,7 +177,7 @@ impl Edits {
         Self::new(self.iter().chain(others.iter()).cloned())
     }
 
-    /// Chains edits: these, then others of the resulting text, as edits of the first text.
+    /// Combines these edits with edits of their result into edits of the original text.
     #[must_use]
     pub fn then(&self, next: &Self) -> Self {
         let (mut pieces, mut kept, mut at) = (Pieces::of(self), Vec::new(), 0);
@@ -207,19 +207,20 @@ impl Edits {
     }
 }
 
-/// A part of a text: of an older one, or new.
+/// A part of an edited text: a byte range of the original text, or new text.
 enum Piece<'t> {
     Old(Range<usize>),
     New(&'t str),
 }
 
-/// The parts of a text that are not taken yet, the next last.
+/// The remaining parts of an edited text in reverse order, so that the next one is last.
 struct Pieces<'t> {
     rest: Vec<Piece<'t>>,
 }
 
 impl<'t> Pieces<'t> {
-    /// The parts of the text that edits leave; its end is not known.
+    /// Returns the parts of the text after `edits`. The length of the original text is unknown, so its last range is
+    /// unbounded.
     fn of(edits: &'t Edits) -> Self {
         let (mut rest, mut at) = (Vec::new(), 0);
         for Edit { range, replacement } in &edits.list {
@@ -231,7 +232,7 @@ impl<'t> Pieces<'t> {
         Self { rest }
     }
 
-    /// Removes and returns the first `bytes` bytes.
+    /// Removes and returns the parts with the first `bytes` bytes.
     fn take(&mut self, mut bytes: usize) -> Vec<Piece<'t>> {
         let mut taken = Vec::new();
         while bytes > 0

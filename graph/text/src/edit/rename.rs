@@ -15,13 +15,13 @@ use crate::document::{Document, parse, pointer_join};
 use crate::model::{Declaration, DeclarationKind, Id, Model};
 use crate::source::{Sources, Span};
 
-/// Writes another name at places, perhaps of several files; the edits by the names of the files.
+/// Replaces the source at the given spans by a name. Returns the edits by the names of the files.
 ///
-/// A place is a part of a string between its quotes, as it is written: [`written`] finds it if the string has escapes.
-/// Characters that JSON does not allow are written as escapes.
+/// A span is a part of a string between its quotes; [`written`] finds it in a string with escapes. Characters of the
+/// name that JSON does not allow in strings are escaped.
 ///
 /// # Errors
-/// Places that overlap, or that a file does not have.
+/// Spans that overlap, or that are outside of their file.
 pub fn rename(
     sources: &Sources,
     places: impl IntoIterator<Item = Span>,
@@ -32,11 +32,11 @@ pub fn rename(
     in_files(sources, places.into_iter().map(|place| (place, name.to_owned())))
 }
 
-/// Gives a declaration of a document another name, there and wherever it is used; the edits by the names of the files.
+/// Renames a declaration of a document with all its uses. Returns the edits by the names of the files.
 ///
 /// # Errors
-/// A name that is none, or that another declaration has which can be seen where this one can; a use that puts the name
-/// together.
+/// A new name that is invalid, or that another declaration has which is visible in the same scope; a use that computes
+/// the name.
 pub fn rename_declaration(
     sources: &Sources,
     composed: &Composed,
@@ -80,7 +80,8 @@ pub fn rename_declaration(
     rename(sources, places, name)
 }
 
-/// The place of a name in what is written at a place: the name, alone, before a dot or as all of a string.
+/// Returns the span of a name inside a larger span: at its start, or as the only such word of a string. An error if the
+/// name is not written there.
 fn name_at(sources: &Sources, place: Span, name: &str) -> Result<Span, EditError> {
     let text = sources.text(place);
     let begins = |text: &str| text.strip_prefix(name).is_some_and(|rest| !rest.starts_with(is_of_name));
@@ -112,7 +113,8 @@ fn unescaped(key: &str) -> String {
     key.replace("~1", "/").replace("~0", "~")
 }
 
-/// The place of a range of what a string says, in the text of the string. It has its quotes, and perhaps escapes.
+/// Returns the span in the source of a byte range of an unescaped string. `string` is the span of the string with its
+/// quotes. `None` if the range does not fit.
 pub fn written(sources: &Sources, string: Span, range: Range<usize>) -> Option<Span> {
     let text = sources.text(string).strip_prefix('"')?.strip_suffix('"')?;
     let (mut said, mut at) = (0, 0);
@@ -143,7 +145,7 @@ fn code_unit(escape: &str) -> Option<u32> {
     u32::from_str_radix(escape.get(2..6)?, 16).ok()
 }
 
-/// The edits of replacements in files, by the names of these. The very same twice is made once.
+/// Converts replacements to edits, by the names of the files. Equal replacements are made once.
 pub(super) fn in_files(
     sources: &Sources,
     replacements: impl IntoIterator<Item = (Span, String)>,

@@ -9,24 +9,24 @@ use super::layout::{Layout, line_start};
 use super::{Edit, EditError, Edits};
 use crate::document::{Kind, Value};
 
-/// Gives a value of a text another content.
+/// Returns the edits that change a value of a text to `new`.
 ///
-/// Members and elements that stay keep their texts. An array keeps what begins and what ends both; an object keeps the
-/// members of the same keys, unless their order is another.
+/// Unchanged members and elements keep their source. Of an array, equal elements at its start and end are kept. Of an
+/// object, members with the same keys are kept, unless their order changes.
 ///
 /// # Errors
-/// A value that is not of this text.
+/// A value that is not in this text.
 pub fn set(text: &str, value: &Value, new: &Json) -> Result<Edits, EditError> {
     let mut edits = Vec::new();
     change(text, value, new, &mut edits)?;
     Edits::new(edits)
 }
 
-/// Writes values into a document as the defaults of its parameters, or of its features, by the name of the `section`. A
-/// declaration in a file that this one extends or includes gets a member here that has nothing but the default.
+/// Writes values as the defaults of parameters or features in a document; `section` is `parameters` or `features`. A
+/// declaration from an extended or included file gets a member in this file with only the default.
 ///
 /// # Errors
-/// A document whose section, or a declaration in it, is no object.
+/// A document whose section, or a declaration in that section, is no object.
 pub fn save<'a>(
     text: &str,
     document: &Value,
@@ -92,7 +92,7 @@ fn change(text: &str, value: &Value, json: &Json, edits: &mut Vec<Edit>) -> Resu
     Ok(())
 }
 
-/// Writes a value anew.
+/// Adds the edit that replaces the source of a value as a whole.
 fn replace(text: &str, old: &Value, new: &Json, edits: &mut Vec<Edit>) -> Result<(), EditError> {
     let range = old.span.range();
     let before = text.get(..range.start).ok_or(EditError::Outside(range.clone()))?;

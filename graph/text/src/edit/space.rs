@@ -3,8 +3,8 @@
 use super::layout::SPACE;
 use super::{Edit, Edits};
 
-/// The edits that make one text the other: of space alone as far as the texts have the same characters otherwise, and
-/// of all the rest from where they do not.
+/// Returns the edits that turn `old` into `new`. They change only space as long as the other characters agree; from the
+/// first other difference on, they replace the rest.
 pub fn between(old: &str, new: &str) -> Edits {
     let (mut list, mut at, mut at_new) = (Vec::new(), 0, 0);
     let space = |text: &str| text.len() - text.trim_start_matches(SPACE).len();

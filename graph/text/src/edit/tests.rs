@@ -21,7 +21,8 @@ fn root(text: &str) -> Value {
     parse(&sources, file).valid().unwrap_or_else(|diagnostics| panic!("{diagnostics:?}\n{text}")).root
 }
 
-/// The text after an edit of the value at a pointer, which has to be JSON, and the first again after the inverse.
+/// Applies an edit of the value at a pointer, and returns the resulting text. Checks that the text is JSON, and that
+/// the inverse restores the original.
 #[track_caller]
 fn edited(text: &str, pointer: &str, edit: impl Fn(&str, &Value) -> Result<Edits, EditError>) -> String {
     let root = root(text);
@@ -219,7 +220,7 @@ fn a_text_that_is_broken_elsewhere_can_be_edited() {
     assert_eq!(edits.apply(broken).unwrap(), "{ \"a\": [2], \"b\": } }");
 }
 
-/// A document of files in memory, and its model.
+/// Composes the document at `path` from files in memory, and builds its model.
 fn model(files: &compose::Memory, path: &str) -> Option<(Sources, compose::Composed, Model)> {
     let (mut files, mut sources, mut diagnostics) = (files.clone(), Sources::new(), Diagnostics::new());
     let file = files.read(Path::new(path), &mut sources).unwrap();
@@ -230,7 +231,7 @@ fn model(files: &compose::Memory, path: &str) -> Option<(Sources, compose::Compo
     Some((sources, composed, model))
 }
 
-/// All declarations with the number of their uses, a name of them replaced by another.
+/// Returns all declarations, by kind and name, with the numbers of their uses. The name `old` is replaced by `new`.
 fn declared(model: &Model, old: &str, new: &str) -> Vec<(DeclarationKind, String, usize)> {
     let name = |name: &str| if name == old { new.to_owned() } else { name.to_owned() };
     let mut all: Vec<_> = model
@@ -241,7 +242,7 @@ fn declared(model: &Model, old: &str, new: &str) -> Vec<(DeclarationKind, String
     all
 }
 
-/// Applies edits to files.
+/// Applies edits to files in memory.
 fn change(files: &compose::Memory, edits: &BTreeMap<String, Edits>) -> compose::Memory {
     let mut changed = files.clone();
     for (name, edits) in edits {
@@ -317,12 +318,12 @@ fn renamed_declarations_of_pipelines_keep_their_uses() {
     assert!(renamed > 50, "{renamed}");
 }
 
-/// A random edit of a text.
+/// A random edit of a text, with its expected result.
 struct RandomEdit {
     edits: Edits,
-    /// The content that it should leave.
+    /// The JSON value that the edited text should have.
     expected: Json,
-    /// Whether comments may go with what is removed.
+    /// Whether the edit removes values, and perhaps comments with them.
     removes: bool,
 }
 
@@ -405,7 +406,7 @@ fn random_edit(text: &str, random: &mut Random) -> RandomEdit {
     RandomEdit { edits, expected, removes: kind != 1 && kind != 3 }
 }
 
-/// Makes edits of a text, one after the other, and takes them back.
+/// Applies random edits to a text one after the other, and undoes them.
 fn edit_and_undo(first: &str, count: usize, random: &mut Random) {
     let (mut text, mut all) = (first.to_owned(), Edits::default());
     let mut undo = Vec::new();
@@ -438,7 +439,7 @@ fn edit_and_undo(first: &str, count: usize, random: &mut Random) {
     assert_eq!(undone, first);
 }
 
-/// Holds that all comments are there, except those that stood in what edits removed.
+/// Asserts that all comments are kept, except those in removed ranges.
 fn keeps_comments(text: &str, edits: &Edits, edited: &str, removes: bool) {
     let mut left = comments(edited);
     let removed: String = edits.iter().map(|edit| text[edit.range.clone()].to_owned() + "\n").collect();

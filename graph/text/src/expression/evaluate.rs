@@ -10,35 +10,37 @@ use crate::diagnostic::list_of;
 
 const MAX_LIST: usize = 65_536;
 
-/// The names that an expression can see.
+/// The names visible to an expression, with their values.
 pub trait Scope {
-    /// The value of a name (dots included), or `None` if there is no such name.
+    /// Returns the value of a name, which may contain dots. `None` if the name has no value.
     fn lookup(&self, name: &str) -> Option<Value>;
-    /// Borrows the value of a name, so that lists and texts need not be copied.
+    /// Borrows the value of a name, to avoid copies of lists and strings. `None` if the value cannot be borrowed;
+    /// [`Self::lookup`] is then used.
     fn borrow(&self, _name: &str) -> Option<&Value> {
         None
     }
-    /// A reference that is written here, as it is outside.
+    /// Translates a reference written in this scope to one at the top level of the pipeline. They differ in subgraphs.
     fn reference(&self, reference: &Reference) -> Reference {
         reference.clone()
     }
-    /// All names, for a did-you-mean.
+    /// All visible names, from which suggestions for misspelt ones are made.
     fn names(&self) -> Vec<String>;
-    /// Whether a name is declared, but has no value because its declaration has a diagnostic of its own.
+    /// Whether a name is declared, but has no value because its declaration has an error of its own.
     fn is_broken(&self, _name: &str) -> bool {
         false
     }
-    /// The words that the value of a name can be, where it is an enumeration.
+    /// The words of an enumeration; `None` if the name is not that of an enumeration.
     fn words(&self, _name: &str) -> Option<&[String]> {
         None
     }
-    /// The names that begin with `head` and a dot, for the same; none where `head` has no members, or does not exist.
+    /// The visible names that begin with `head` and a dot, from which suggestions are made. Empty if `head` has no
+    /// members or does not exist.
     fn members(&self, _head: &str) -> Vec<String> {
         Vec::new()
     }
 }
 
-/// Names of which nothing is known but their values.
+/// A function from names to values is a scope without a list of its names.
 impl<F: Fn(&str) -> Option<Value>> Scope for F {
     fn lookup(&self, name: &str) -> Option<Value> {
         self(name)
@@ -49,10 +51,10 @@ impl<F: Fn(&str) -> Option<Value>> Scope for F {
     }
 }
 
-/// Evaluates an expression.
+/// Evaluates an expression in a scope.
 ///
 /// # Errors
-/// The first error, with its place in the text.
+/// The first error, with its byte range in the source string.
 pub fn evaluate(expression: &Expression, scope: &dyn Scope) -> Result<Value, ExpressionError> {
     let range = || expression.range.clone();
     match &expression.kind {
@@ -110,11 +112,11 @@ pub fn evaluate(expression: &Expression, scope: &dyn Scope) -> Result<Value, Exp
     }
 }
 
-/// Evaluates an expression into its earlier value, and returns whether it changed. Lists that are written out or
-/// named keep their memory; only other lists and texts are allocated.
+/// Evaluates an expression into `to`, and returns whether that value changed. The memory of lists in `to` is reused for
+/// list literals and named lists; other lists and strings are allocated anew.
 ///
 /// # Errors
-/// As of [`evaluate`]; elements of a list may be new then, and others not.
+/// The errors of [`evaluate`]. Elements of a list may have been updated in part.
 pub fn evaluate_into(
     expression: &Expression,
     scope: &dyn Scope,
@@ -142,7 +144,7 @@ pub fn evaluate_into(
     }
 }
 
-/// The version that one round of a loop wrote.
+/// Returns the reference to the version that round `at` of a loop wrote.
 fn round(reference: &Reference, at: f64, index: &Expression) -> Result<Reference, ExpressionError> {
     let Some(pass) = reference.version.as_ref().filter(|version| *version != "0") else {
         let error = type_error(index.range.clone(), "only the version that a loop wrote has rounds");
@@ -156,7 +158,7 @@ fn round(reference: &Reference, at: f64, index: &Expression) -> Result<Reference
     Ok(Reference { version: Some(format!("{pass}.{at}")), ..reference.clone() })
 }
 
-/// The value of a literal, or of a name that the scope lends.
+/// Borrows the value of a literal, or of a name whose value the scope can lend. `None` for other expressions.
 fn seen<'a>(expression: &'a Expression, scope: &'a dyn Scope) -> Option<&'a Value> {
     match &expression.kind {
         ExpressionKind::Literal(value) => Some(value),
@@ -165,7 +167,7 @@ fn seen<'a>(expression: &'a Expression, scope: &'a dyn Scope) -> Option<&'a Valu
     }
 }
 
-/// The number of elements of a value, those of lists in it included.
+/// The number of values that a value consists of: 1 for itself, and those of all nested elements.
 fn size_of(value: &Value) -> usize {
     match value {
         Value::List(list) => 1 + list.iter().map(size_of).sum::<usize>(),
@@ -173,7 +175,7 @@ fn size_of(value: &Value) -> usize {
     }
 }
 
-/// The error of a name that a scope does not know.
+/// Creates the error for a name that has no value in a scope.
 pub fn unknown_name(name: &str, range: Range<usize>, scope: &dyn Scope) -> ExpressionError {
     let members = name.rsplit_once('.').map_or_else(Vec::new, |(head, _)| scope.members(head));
     let known = if members.is_empty() { scope.names() } else { members };
@@ -266,7 +268,8 @@ fn binary(
     }
 }
 
-/// Applies an operation to two numbers, to a list and a number, or to two lists of one length.
+/// Applies an operation to two numbers, to each element of a list and a number, or to pairs of elements of two lists of
+/// equal length.
 fn elementwise(
     a: &Value,
     b: &Value,
@@ -361,7 +364,7 @@ fn call(
     }
 }
 
-/// The smallest or the greatest of numbers and of the elements of lists.
+/// Evaluates `min` or `max`: the smallest or greatest of the numbers and list elements in the arguments.
 fn extreme(name: &str, arguments: &[Expression], scope: &dyn Scope) -> Result<Value, ExpressionError> {
     let pick = if name == "min" { f64::min } else { f64::max };
     let mut found: Option<f64> = None;

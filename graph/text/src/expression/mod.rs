@@ -38,16 +38,16 @@ pub enum Value {
     Bool(bool),
     /// A finite number.
     Number(f64),
-    /// A text: a member of an enumeration, a texture format.
+    /// A string: a member of an enumeration, or the name of a texture format.
     Text(String),
     /// A list.
     List(Vec<Value>),
-    /// A resource or published data, by its name outside of subgraphs.
+    /// A reference to a resource or published data, by its name at the top level of the pipeline.
     Reference(Reference),
 }
 
 impl Value {
-    /// The kind of the value, with an article.
+    /// The kind of the value with an article, such as `a number`.
     pub fn kind_name(&self) -> &'static str {
         match self {
             Value::Bool(_) => "a boolean",
@@ -58,7 +58,7 @@ impl Value {
         }
     }
 
-    /// Takes over another value, in the memory of one of the same shape.
+    /// Copies another value into this one, reusing the memory of lists of the same length and of strings.
     pub fn assign(&mut self, from: &Value) {
         match (self, from) {
             (Value::List(to), Value::List(from)) if to.len() == from.len() => {
@@ -69,7 +69,7 @@ impl Value {
         }
     }
 
-    /// The number, if it is one.
+    /// The number; `None` for a value of another kind.
     pub fn number(&self) -> Option<f64> {
         match self {
             Value::Number(number) => Some(*number),
@@ -77,7 +77,7 @@ impl Value {
         }
     }
 
-    /// The numbers of a list of numbers, or the one number.
+    /// The elements of a list of numbers, or a single number as a list. `None` for other values.
     pub fn numbers(&self) -> Option<Vec<f64>> {
         match self {
             Value::Number(number) => Some(vec![*number]),
@@ -102,23 +102,24 @@ impl std::fmt::Display for Value {
     }
 }
 
-/// A parsed expression; `range` is the bytes of the text that it comes from.
+/// A node of the syntax tree of a parsed expression.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Expression {
-    /// The place in the expression's text.
+    /// The byte range in the source string.
     pub range: Range<usize>,
-    /// The kind.
+    /// The kind of the node, with its operands.
     pub kind: ExpressionKind,
 }
 
 impl Expression {
-    /// Goes through the expression and all of its parts.
+    /// Calls `each` with the expression and all expressions in it, in depth-first order.
     pub fn visit<'e>(&'e self, each: &mut dyn FnMut(&'e Expression)) {
         each(self);
         self.parts().for_each(|part| part.visit(each));
     }
 
-    /// Changes the expression and all of its parts.
+    /// Calls `each` with the expression and all expressions in it, to change them. A parent is visited before its
+    /// operands.
     pub fn visit_mut(&mut self, each: &mut dyn FnMut(&mut Expression)) {
         each(self);
         match &mut self.kind {
@@ -137,7 +138,7 @@ impl Expression {
         }
     }
 
-    /// The expressions that it is made of, each with its own parts in it.
+    /// The operands: the direct subexpressions of this expression.
     pub fn parts(&self) -> impl Iterator<Item = &Expression> {
         let (few, list): ([Option<&Expression>; 3], &[Expression]) = match &self.kind {
             ExpressionKind::Literal(_) | ExpressionKind::Name(_) | ExpressionKind::Reference(_) => {
@@ -151,7 +152,7 @@ impl Expression {
         few.into_iter().flatten().chain(list)
     }
 
-    /// The names in it, in their order.
+    /// The names in the expression in the order of the source, with repetitions.
     pub fn names(&self) -> Vec<&str> {
         let mut names = Vec::new();
         self.visit(&mut |inner| {
@@ -163,14 +164,14 @@ impl Expression {
     }
 }
 
-/// The kind of an expression.
+/// The kind of an expression, with its operands.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ExpressionKind {
     /// A literal.
     Literal(Value),
     /// A name, dots included: `viewport.width`.
     Name(String),
-    /// `&maps@draw`, by the names that are known where it is written.
+    /// A reference such as `&maps@draw`, by the names of the scope in which it is written.
     Reference(Reference),
     /// `-x`, `!x`.
     Unary(UnaryOperator, Box<Expression>),
@@ -226,70 +227,70 @@ pub enum BinaryOperator {
     Or,
 }
 
-/// Why an expression cannot be parsed or evaluated, and where in its text.
+/// An error in parsing or evaluating an expression, with its byte range.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ExpressionError {
-    /// The bytes of the expression's text that are at fault.
+    /// The byte range of the error in the expression's source string.
     pub range: Range<usize>,
     /// The kind of the error.
     pub kind: ErrorKind,
     /// The message: one sentence without a full stop.
     pub message: String,
-    /// The way out, where there is one to name.
+    /// A remedy in one sentence; `None` if none is known.
     pub help: Option<String>,
-    /// The name that does not exist, where that is the error.
+    /// The unknown name, if the error is about one.
     pub unknown: Option<Box<UnknownName>>,
 }
 
 impl ExpressionError {
-    /// An error without a way out of its own.
+    /// Creates an error without help text.
     pub fn new(kind: ErrorKind, range: Range<usize>, message: impl Into<String>) -> Self {
         Self { range, kind, message: message.into(), help: None, unknown: None }
     }
 }
 
-/// A name that does not exist, and those that do.
+/// An unknown name, and the known names for suggestions.
 #[derive(Clone, Debug, PartialEq)]
 pub struct UnknownName {
-    /// The name; it begins where the range of its error begins.
+    /// The unknown name, which begins at the start of the error's range.
     pub name: String,
-    /// The possible names, in no order.
+    /// The known names, in no particular order.
     pub known: Vec<String>,
-    /// Whether nothing else could stand there: so for functions and for the words of an enumeration, while other names
-    /// may be known where the expression stands.
+    /// Whether `known` lists all valid names, as for functions and words of an enumeration. `false` if the caller may
+    /// know more names.
     pub is_complete: bool,
 }
 
 /// The kinds of error of an expression.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ErrorKind {
-    /// It is not an expression.
+    /// The string is not a valid expression.
     Syntax,
-    /// A name or function that does not exist here.
+    /// A name or function does not exist in the scope.
     UnknownName,
-    /// A text that an enumeration is compared with, and that is none of its words.
+    /// An enumeration is compared with a string that is none of its words.
     UnknownWord,
-    /// A name that is declared, but has no value because its declaration has a diagnostic: this one only follows from
-    /// it.
+    /// A name is declared, but has no value because its declaration has an error of its own. This error is only a
+    /// consequence.
     Follows,
-    /// It refers to nothing that can be.
+    /// A reference is malformed.
     Reference,
-    /// An operand of the wrong kind, or the wrong number of arguments.
+    /// An operand has the wrong type, or a function gets the wrong number of arguments.
     Type,
-    /// A result that is no number: overflow, division by zero, an index outside its list.
+    /// A result is not a finite number, or an index is outside its list.
     Arithmetic,
 }
 
-/// A function of expressions.
+/// A built-in function of the expression language.
 #[derive(Clone, Copy, Debug)]
 pub struct Function {
-    /// Its name.
+    /// The name by which expressions call the function.
     pub name: &'static str,
-    /// The minimum and the maximum number of arguments.
+    /// The minimum and maximum number of arguments.
     pub arguments: (usize, usize),
-    /// A call of it.
+    /// An example call, such as `clamp(x, low, high)`.
     pub usage: &'static str,
-    /// A description of its result.
+    /// A description of the result, a noun phrase without a full stop.
     pub description: &'static str,
 }
 

@@ -10,10 +10,11 @@ use super::{
 
 const MAX_DEPTH: usize = 64;
 const MAX_BYTES: usize = 4096;
-/// Chains of operators become trees that lean to the left, on which every later step recurses.
+/// The maximum number of operators of one precedence in a row. Such a chain becomes a left-leaning tree, on which later
+/// steps recurse.
 const MAX_CHAIN: usize = 128;
 
-/// Parses the text of an expression.
+/// Parses an expression, without an `=` before it.
 ///
 /// # Errors
 /// The first syntax error.
@@ -21,7 +22,7 @@ pub fn parse(text: &str) -> Result<Expression, ExpressionError> {
     parse_from(text, 0)
 }
 
-/// Parses the expression that begins at a byte of a text; places are those in the whole text.
+/// Parses the expression in `text` that begins at the byte offset `at`. Ranges in the result are byte ranges in `text`.
 ///
 /// # Errors
 /// The first syntax error.
@@ -52,7 +53,8 @@ struct Parser<'a> {
     depth: usize,
 }
 
-/// The binary operators, one row for each level of precedence, loosest first; longer spellings before their prefixes.
+/// The binary operators, one row for each level of precedence, loosest first. In a row, longer spellings come before
+/// their prefixes.
 const LEVELS: &[&[(&str, BinaryOperator)]] = &[
     &[("||", BinaryOperator::Or)],
     &[("&&", BinaryOperator::And)],

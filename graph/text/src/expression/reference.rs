@@ -6,18 +6,19 @@ use std::ops::Range;
 
 use super::{ErrorKind, ExpressionError};
 
-/// A resource or published data, and which of its versions is meant.
+/// A reference to a version of a resource or of published data.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Reference {
-    /// The resource's name.
+    /// The name of the resource or published data.
     pub resource: String,
-    /// The pass whose write made the version, or `0` for what was there before the first; `None` for the newest.
+    /// The name of the pass that wrote the version, or `0` for the contents before the first write. `None` for the
+    /// newest version.
     pub version: Option<String>,
-    /// The number of frames back; 0 for this frame.
+    /// The age of the version in frames: 0 for this frame, 1 for the previous one.
     pub back: u32,
 }
 
-/// A text that is not a reference.
+/// The error of a string that is not a valid reference.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
     "a reference is the name of a resource, name@pass for the version that a pass wrote, name@0 for what was there before the first write, or name@-1 for the frame before"
@@ -25,10 +26,10 @@ pub struct Reference {
 pub struct ReferenceError;
 
 impl Reference {
-    /// Parses a reference.
+    /// Parses a reference without its `&`, such as `maps@blur`.
     ///
     /// # Errors
-    /// An empty name, more than one `@`, or frames that are not counted from 1.
+    /// An empty name or version, more than one `@`, or a frame count below 1.
     pub fn parse(text: &str) -> Result<Self, ReferenceError> {
         let mut parts = text.split('@');
         let resource = parts.next().filter(|name| !name.is_empty()).ok_or(ReferenceError)?;
@@ -48,7 +49,8 @@ impl Reference {
 }
 
 impl ReferenceError {
-    /// The error of an expression in which the text stands; without a place for the whole expression.
+    /// Converts to an [`ExpressionError`] at the byte range `range` of the expression; `0..0` stands for the whole
+    /// expression.
     pub fn of(self, text: &str, range: Range<usize>) -> ExpressionError {
         let message = format!("\"{text}\" is not a reference");
         let help = Some(self.to_string());

@@ -11,8 +11,8 @@ use super::{
 };
 use crate::diagnostic::list_of;
 
-/// The first text that an enumeration is compared with and never is. The expression is as it is written: a name that
-/// has been replaced by its value is not a text that somebody wrote.
+/// Returns an error for the first string literal that an enumeration is compared with although it is none of its words.
+/// The expression must be as written: names replaced by their values would be mistaken for literals.
 pub fn unknown_word(expression: &Expression, scope: &dyn Scope) -> Option<ExpressionError> {
     let own = match &expression.kind {
         ExpressionKind::Binary(BinaryOperator::Equal | BinaryOperator::NotEqual, a, b) => {

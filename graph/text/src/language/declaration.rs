@@ -7,152 +7,155 @@ use serde::Deserialize;
 
 use super::{AnyExpr, Expr, Ref, ResourceDeclaration};
 
-/// A pipeline: passes over named resources, and the parameters and features that choose among their forms.
+/// A render pipeline: passes over named resources, with the parameters and features that configure it.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PipelineDeclaration {
-    /// The version of the language: 1.
+    /// The version of the pipeline language, which is 1.
     #[schemars(range(min = 1, max = 1))]
     pub format: u32,
     /// The pipeline's name.
     pub name: String,
-    /// The target profiles that the pipeline claims to run on, such as "webgpu".
+    /// The target profiles that the pipeline supports, such as "webgpu".
     #[serde(default)]
     pub profiles: Vec<String>,
-    /// The sections that extensions can have as well.
+    /// The sections that pipelines and extensions have in common.
     #[serde(flatten)]
     pub sections: Sections,
-    /// The passes: each has one key that names its node kind, and may have common keys beside it.
+    /// The passes by name. Each has one key that names its node kind, and may have common keys such as "when" beside
+    /// it.
     pub passes: BTreeMap<String, serde_json::Value>,
 }
 
-/// The common sections of pipelines and extensions: other files, and declarations.
+/// The common sections of pipelines and extensions: the files that they extend or include, and their declarations.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 pub struct Sections {
-    /// The schema, for editors.
+    /// The path or URL of the JSON Schema, used by editors only.
     #[serde(rename = "$schema")]
     pub schema: Option<String>,
-    /// The file, or files (the lowest first), over which this one is laid: objects are merged, null deletes. A file
-    /// that several of them extend is laid once, below all of them.
+    /// The base file or files that this file overrides; later ones override earlier ones. Objects are merged by key,
+    /// other values replaced, and null deletes a member. A file that several of them extend is applied once, before
+    /// them.
     pub extends: Option<Paths>,
-    /// Files whose sections stand beside this file's own; nothing may stand in both.
+    /// Files whose declarations are added to those of this file. A name that two of the files declare is an error.
     pub include: Option<Paths>,
     /// A description for people.
     pub description: Option<String>,
     /// Named values that a user can set.
     #[serde(default)]
     pub parameters: BTreeMap<String, ParameterDeclaration>,
-    /// Named switches that choose shader variants and passes.
+    /// Named booleans and enumerations that choose shader variants and passes.
     #[serde(default)]
     pub features: BTreeMap<String, FeatureDeclaration>,
-    /// Named values that follow from parameters, features and one another: an expression each.
+    /// Named values that are computed from parameters, features and other derived values, each by an expression.
     #[serde(default)]
     pub derived: BTreeMap<String, Expr>,
-    /// Named conditions on parameters, features and derived values, each with what is said where it does not hold.
+    /// Named conditions on parameters, features and derived values, each with the message for the case that it does not
+    /// hold.
     #[serde(default)]
     pub constraints: BTreeMap<String, ConstraintDeclaration>,
-    /// Runtime toggles that the host switches from frame to frame, without another plan.
+    /// Runtime toggles that the host can switch in each frame, without planning the pipeline again.
     #[serde(default)]
     pub toggles: BTreeMap<String, ToggleDeclaration>,
-    /// The contracts with the host's draws.
+    /// The contracts with the host's draws by name: the vertex inputs and bindings that the draws provide.
     #[serde(default)]
     pub geometry: BTreeMap<String, GeometryDeclaration>,
-    /// Textures and buffers.
+    /// Textures and buffers by name.
     #[serde(default)]
     pub resources: BTreeMap<String, ResourceDeclaration>,
-    /// Parts of pipelines that passes can use.
+    /// Reusable groups of passes by name, which a pass instantiates with "use".
     #[serde(default)]
     pub subgraphs: BTreeMap<String, SubgraphDeclaration>,
     /// Named sets of values of parameters and features.
     #[serde(default)]
     pub presets: BTreeMap<String, PresetDeclaration>,
-    /// Points at which other files can put passes.
+    /// Named points between passes at which extension files can insert passes.
     #[serde(default)]
     pub extension_points: BTreeMap<String, ExtensionPointDeclaration>,
-    /// Named groups of settings that passes share: parts of passes, which a pass takes over with "extends". What stands
-    /// under "settings" is for whichever node kind the pass has.
+    /// Named groups of settings that passes share. A pass inherits a group with "extends". Members under "settings"
+    /// apply to the node kind of the pass, whichever kind that is.
     #[serde(default)]
     pub shared_settings: BTreeMap<String, serde_json::Value>,
 }
 
-/// A part of a pipeline that passes can use, each time with inputs and parameters of its own.
+/// A reusable group of passes. Each pass that instantiates it with "use" gives its own inputs and parameters.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SubgraphDeclaration {
-    /// The schema, for editors.
+    /// The path or URL of the JSON Schema, used by editors only.
     #[serde(rename = "$schema")]
     pub schema: Option<String>,
-    /// The version of the language: 1.
+    /// The version of the pipeline language, which is 1.
     pub format: Option<u32>,
     /// The subgraph's name.
     pub name: Option<String>,
     /// A description for people.
     pub description: Option<String>,
-    /// Resources that the user gives, each with what it is for.
+    /// Resources that each use provides, by name, each with a description of its purpose.
     #[serde(default)]
     pub inputs: BTreeMap<String, String>,
-    /// Values that the user gives; without one the default.
+    /// Values that each use can set, by name; a parameter that is not set has its default.
     #[serde(default)]
     pub parameters: BTreeMap<String, ParameterDeclaration>,
-    /// Named values that follow from the parameters and one another: an expression each.
+    /// Named values that are computed from the parameters and other derived values, each by an expression.
     #[serde(default)]
     pub derived: BTreeMap<String, Expr>,
-    /// Textures and buffers of each use.
+    /// Textures and buffers by name; each use of the subgraph has its own.
     #[serde(default)]
     pub resources: BTreeMap<String, ResourceDeclaration>,
-    /// Named groups of settings that the passes share, and take over with "extends". What stands under
-    /// "settings" is for whichever node kind the pass has.
+    /// Named groups of settings that the passes share. A pass inherits a group with "extends". Members under "settings"
+    /// apply to the node kind of the pass, whichever kind that is.
     #[serde(default)]
     pub shared_settings: BTreeMap<String, serde_json::Value>,
-    /// The passes.
+    /// The passes by name.
     pub passes: BTreeMap<String, serde_json::Value>,
 }
 
-/// A named set of values.
+/// A named set of values of parameters and features.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PresetDeclaration {
     /// A description for people.
     pub description: Option<String>,
-    /// Values of parameters.
+    /// Values of parameters, by name.
     #[serde(default)]
     pub parameters: BTreeMap<String, serde_json::Value>,
-    /// Values of features.
+    /// Values of features, by name.
     #[serde(default)]
     pub features: BTreeMap<String, serde_json::Value>,
 }
 
-/// A point at which other files can put passes.
+/// A named point between passes at which extension files can insert passes.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ExtensionPointDeclaration {
     /// A description for people.
     pub description: Option<String>,
-    /// The passes after which it lies.
+    /// The names of the passes after which inserted passes run.
     #[serde(default)]
     pub after: Vec<String>,
-    /// The passes before which it lies.
+    /// The names of the passes before which inserted passes run.
     #[serde(default)]
     pub before: Vec<String>,
 }
 
-/// One path or several, relative to the folder of the file that names them.
+/// One path or a list of paths, relative to the folder of the file that contains them.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum Paths {
-    /// The path.
+    /// A single path.
     One(String),
-    /// The paths.
+    /// A list of paths.
     Several(Vec<String>),
 }
 
-/// One name or several.
+/// One name or a list of names.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum Names {
-    /// The name.
+    /// A single name.
     One(String),
-    /// The names.
+    /// A list of names.
     Several(Vec<String>),
 }
 
@@ -160,25 +163,26 @@ pub enum Names {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ParameterDeclaration {
-    /// The type.
+    /// The type of the parameter's value.
     #[serde(rename = "type")]
     pub parameter_type: ParameterType,
-    /// The value where nobody sets one.
+    /// The value that is used if none is set.
     pub default: serde_json::Value,
-    /// The minimum value (of each element).
+    /// The minimum value; for a list, of each element.
     pub min: Option<f64>,
-    /// The maximum value (of each element).
+    /// The maximum value; for a list, of each element.
     pub max: Option<f64>,
-    /// The fewest elements of a list.
+    /// The minimum number of elements of a list.
     pub min_length: Option<u32>,
     /// The maximum number of elements of a list.
     pub max_length: Option<u32>,
-    /// The order of the elements of a list.
+    /// The required order of the elements of a list; any order is allowed if the key is absent.
     pub order: Option<Order>,
-    /// The words of an enumeration; a subgraph's that lists none takes any, such as the name of a geometry.
+    /// The allowed words of an enumeration. A subgraph's parameter without words takes any word, such as the name of a
+    /// geometry.
     #[serde(default)]
     pub values: Vec<String>,
-    /// The unit, such as "m", "texel", "ndc", "degree", "1" for a plain number.
+    /// The unit of the value, such as "m", "texel", "ndc" or "degree"; "1" for a plain number.
     pub unit: Option<String>,
     /// A description for people.
     pub description: Option<String>,
@@ -187,13 +191,13 @@ pub struct ParameterDeclaration {
 /// The type of a parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, serde::Serialize, JsonSchema)]
 pub enum ParameterType {
-    /// A number.
+    /// A floating-point number.
     #[serde(rename = "f32")]
     F32,
-    /// A whole number from 0.
+    /// An unsigned integer.
     #[serde(rename = "u32")]
     U32,
-    /// A whole number.
+    /// A signed integer.
     #[serde(rename = "i32")]
     I32,
     /// true or false.
@@ -202,16 +206,16 @@ pub enum ParameterType {
     /// One of the words under "values".
     #[serde(rename = "enum")]
     Enum,
-    /// A list of numbers.
+    /// A list of floating-point numbers.
     #[serde(rename = "f32[]")]
     F32List,
-    /// A list of whole numbers from 0.
+    /// A list of unsigned integers.
     #[serde(rename = "u32[]")]
     U32List,
 }
 
 impl ParameterType {
-    /// Its name in a pipeline.
+    /// The name of the type in pipeline files, such as `f32[]`.
     pub fn name(self) -> &'static str {
         match self {
             Self::F32 => "f32",
@@ -225,7 +229,7 @@ impl ParameterType {
     }
 }
 
-/// The order of the elements of a list.
+/// The order that the elements of a list must have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, serde::Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Order {
@@ -235,35 +239,35 @@ pub enum Order {
     StrictlyDecreasing,
 }
 
-/// A named switch.
+/// A named setting, a boolean or an enumeration, that chooses shader variants and passes.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FeatureDeclaration {
-    /// The type.
+    /// The type of the feature's value.
     #[serde(rename = "type")]
     pub feature_type: FeatureType,
-    /// The value where nobody sets one.
+    /// The value that is used if none is set.
     pub default: serde_json::Value,
-    /// The words of an enumeration.
+    /// The allowed words of an enumeration.
     #[serde(default)]
     pub values: Vec<String>,
-    /// Features that have to be on where this one is.
+    /// Features that must be on if this one is on.
     #[serde(default)]
     pub requires: Vec<String>,
-    /// Features that have to be off where this one is on.
+    /// Features that must be off if this one is on.
     #[serde(default)]
     pub excludes: Vec<String>,
-    /// The name of a group: exactly one of the features with the same name here is on. Switching one on switches those
-    /// off that are on by default alone.
+    /// The name of a group of features, exactly one of which is on. Switching one on switches off the others that are
+    /// on only by default.
     pub one_of: Option<String>,
     /// The minimum limits that the feature needs of the target, by name, such as
     /// "max_storage_buffers_per_shader_stage". If the target profile, or the device, has less, the feature is off and
     /// cannot be switched on.
     #[serde(default)]
     pub required_limits: BTreeMap<String, u64>,
-    /// Optional features of WebGPU that it needs, such as "float32-filterable", and parts of WebGPU's core mode that
-    /// OpenGL or compatibility mode lack, such as "view-formats". Where the target profile, or the device, does not
-    /// have one, the feature is off and cannot be switched on.
+    /// Optional features of WebGPU that this feature needs, such as "float32-filterable", and parts of WebGPU's core
+    /// mode that OpenGL or compatibility mode lack, such as "view-formats". If the target profile, or the device, lacks
+    /// one, this feature is off and cannot be switched on.
     #[serde(default)]
     pub required_features: Vec<String>,
     /// A description for people.
@@ -286,36 +290,37 @@ pub enum FeatureType {
 pub struct ConstraintDeclaration {
     /// The condition that has to hold: an expression that yields a boolean.
     pub holds: Expr,
-    /// The severity of the diagnostic where it does not hold; "error" without it.
+    /// The severity of the diagnostic if the condition does not hold; "error" by default.
     #[serde(default)]
     pub severity: ConstraintSeverity,
-    /// The message of the diagnostic: what is wrong then, in one sentence.
+    /// The message of the diagnostic: one sentence that says what is wrong.
     pub message: String,
 }
 
-/// The severity of the diagnostic where a constraint does not hold.
+/// The severity of the diagnostic for a constraint that does not hold.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ConstraintSeverity {
-    /// The pipeline cannot be used.
+    /// The diagnostic is an error: the pipeline cannot be used.
     #[default]
     Error,
-    /// The pipeline can be used.
+    /// The diagnostic is a warning: the pipeline can be used.
     Warning,
 }
 
-/// A runtime toggle that the host switches from frame to frame. Unlike a feature it changes no shader and no size, so
-/// that expressions cannot see it.
+/// A runtime toggle that the host can switch in each frame. Unlike a feature, a toggle changes no shader and no size,
+/// and expressions cannot use it.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ToggleDeclaration {
-    /// Whether it is on where the host says nothing.
+    /// Whether the toggle is on if the host does not set it.
     pub default: bool,
     /// A description for people.
     pub description: Option<String>,
 }
 
-/// The contract between pipeline and application: the data that the host's draws provide. Shaders see these names only.
+/// The contract between pipeline and host application: the vertex inputs and bindings that the host's draws provide,
+/// under the names that shaders use.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct GeometryDeclaration {
@@ -327,15 +332,15 @@ pub struct GeometryDeclaration {
     /// Bindings of bind group 3, which change from object to object.
     #[serde(default)]
     pub object: BTreeMap<String, HostBinding>,
-    /// Properties of meshes and materials that choose a shader variant, such as "alpha_masked"; boolean.
+    /// Names of boolean properties of meshes and materials that choose a shader variant, such as "alpha_masked".
     #[serde(default)]
     pub variants: Vec<String>,
 }
 
-/// The name of a vertex format.
+/// The name of a WebGPU vertex format, such as "float32x3".
 pub type VertexFormatName = String;
 
-/// A binding that the host fills.
+/// A shader binding whose contents the host provides.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum HostBinding {
@@ -343,42 +348,46 @@ pub enum HostBinding {
     Opaque(String),
     /// A uniform block: the names of its members, each with its WGSL type, in any order.
     Block(BTreeMap<String, String>),
-    /// An array of structs in a storage buffer, which shaders index by instance: a list with the members of an element,
-    /// as of a block.
+    /// An array of structs in a storage buffer, which shaders index by instance: a list of one object, the members of
+    /// an element with their WGSL types.
     Array([BTreeMap<String, String>; 1]),
 }
 
-/// The keys of every pass beside its node kind.
+/// The common keys of all passes, beside the key that names the node kind.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PassCommon {
     /// A description for people.
     pub description: Option<String>,
-    /// The group, or groups (the lowest first), of "shared_settings" over which the pass is laid: objects are merged,
-    /// null deletes.
+    /// The group or groups of "shared_settings" that the pass inherits. Later groups override earlier ones, and the
+    /// pass overrides all. Objects are merged by key; null deletes a member.
     pub extends: Option<Names>,
-    /// Whether the pass is there at all: an expression over parameters and features.
+    /// Whether the pass is part of the graph: an expression over parameters and features. A pass without this key
+    /// always is.
     pub when: Option<Expr>,
-    /// Repeats the pass: one variable, with a count or a list as an expression, such as { "level": "=levels - 1" }.
-    /// Rounds are named NAME.0, NAME.1, …
+    /// Repeats the pass: one variable, with a count or a list as an expression, such as { "level": "=levels - 1" }. For
+    /// a count the variable runs from 0. Rounds are named NAME.0, NAME.1, …
     pub for_each: Option<BTreeMap<String, Expr>>,
-    /// Instead of a node kind: the subgraph that stands here, by its name under "subgraphs", or the path of a file that
-    /// is one, relative to this file, such as "parts/blur.json".
+    /// The subgraph that this pass instantiates, instead of a node kind: a name under "subgraphs", or the path of its
+    /// file, relative to this file, such as "parts/blur.json".
     #[serde(rename = "use")]
     pub subgraph: Option<String>,
-    /// Inputs and parameters of the subgraph.
+    /// The values of the subgraph's inputs and parameters, by name.
     #[schemars(with = "Option<BTreeMap<String, AnyExpr>>")]
     pub with: Option<BTreeMap<String, Expr>>,
-    /// Passes that have to run before this one, where no data says so. The name of a loop or of a use of a subgraph
-    /// means all of its passes, and on such a one "after" holds for all of them; one alone is NAME.0 or NAME.PASS.
+    /// Passes that must run before this one, if no data implies that order. The name of a loop, or of a use of a
+    /// subgraph, means all of its passes; NAME.0 or NAME.PASS is a single one. On a loop or a use, "after" holds for
+    /// all of its passes.
     #[serde(default)]
     pub after: Vec<String>,
     /// Whether the pass, or each pass of the subgraph, is kept even if nothing reads what it writes.
     #[serde(default)]
     pub side_effect: bool,
-    /// The toggle with which the pass runs in a frame, or with "!" in front the one without which it runs.
+    /// The toggle that must be on for the pass to run in a frame; with "!" before its name, the toggle that must be
+    /// off.
     pub toggle: Option<String>,
-    /// For resources that only passes with this toggle write: what readers see instead in a frame without them.
+    /// Fallbacks, by the names of resources that only passes with this toggle write. Readers get the fallback in frames
+    /// in which these passes do not run.
     #[serde(default)]
     pub passthrough: BTreeMap<String, Ref>,
 }

@@ -6,17 +6,17 @@ use serde::{Deserialize, Serialize};
 use super::Written;
 use crate::expression::{self, Expression, ExpressionError, ExpressionKind, Reference, Value};
 
-/// A JSON value that stands for an expression: a number, a boolean, a string in the expression language after an equals
-/// sign, or a list of expressions. A string without a sign is a word, which few places want.
+/// A JSON value that holds an expression: a number, a boolean, a list of expressions, or a string with `=` before the
+/// expression. A string without `=` or `&` is a literal word, which few keys accept.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct Expr(pub serde_json::Value);
 
 impl Expr {
-    /// The parsed expression.
+    /// Parses the expression.
     ///
     /// # Errors
-    /// A syntax error, with its place relative to the string.
+    /// A syntax error, with its byte range in the string.
     pub fn parse(&self) -> Result<Expression, ExpressionError> {
         let literal = |value| Expression { range: 0..0, kind: ExpressionKind::Literal(value) };
         match &self.0 {
@@ -39,10 +39,10 @@ impl Expr {
 }
 
 impl Expr {
-    /// The parsed expression of a string, after its sign.
+    /// Parses a string: an expression after `=`, a reference after `&`, otherwise a literal word.
     ///
     /// # Errors
-    /// A syntax error, with its place relative to the string.
+    /// A syntax error, with its byte range in the string.
     pub fn parse_text(text: &str) -> Result<Expression, ExpressionError> {
         match Written::of(text) {
             Written::Expression(_) => expression::parse_from(text, 1),
@@ -85,7 +85,7 @@ impl JsonSchema for Expr {
     }
 }
 
-/// The schema of an expression where words, and perhaps references, are values too.
+/// The JSON Schema of an expression whose values may also be words and references.
 #[derive(Debug)]
 pub struct AnyExpr;
 

@@ -9,40 +9,40 @@ use serde::Deserialize;
 
 use super::Sections;
 
-/// An extension: passes for the extension points of a pipeline, and what they need beside what the pipeline has.
+/// An extension file: passes inserted at the extension points of a pipeline, with the declarations that they need.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ExtensionDeclaration {
-    /// The version of the language: 1.
+    /// The version of the pipeline language, which is 1.
     #[schemars(range(min = 1, max = 1))]
     pub format: Option<u32>,
     /// The extension's name.
     pub name: Option<String>,
-    /// The sections that pipelines can have as well.
+    /// The sections that pipelines and extensions have in common.
     #[serde(flatten)]
     pub sections: Sections,
-    /// For extension points of the pipeline, by name, the passes that are put there, in their order.
+    /// The inserted passes in their order, by name, under the name of the extension point.
     pub inserts: BTreeMap<String, BTreeMap<String, serde_json::Value>>,
 }
 
-/// A parameter file: values of a pipeline's parameters and features, such as those that fit it to a scene.
+/// A parameter file: values of a pipeline's parameters and features, for example to fit the pipeline to a scene.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ParameterFileDeclaration {
-    /// The schema, for editors.
+    /// The path or URL of the JSON Schema, used by editors only.
     #[serde(rename = "$schema")]
     pub schema: Option<String>,
-    /// The version of the language: 1.
+    /// The version of the pipeline language, which is 1.
     #[schemars(range(min = 1, max = 1))]
     pub format: Option<u32>,
     /// A description for people.
     pub description: Option<String>,
-    /// The preset of the pipeline over which the values are laid.
+    /// The preset of the pipeline whose values this file overrides.
     pub preset: Option<String>,
-    /// Values of parameters.
+    /// Values of parameters, by name.
     #[serde(default)]
     pub parameters: BTreeMap<String, serde_json::Value>,
-    /// Values of features.
+    /// Values of features, by name.
     #[serde(default)]
     pub features: BTreeMap<String, serde_json::Value>,
 }

@@ -14,7 +14,7 @@ use wgpu_types::TextureFormat;
 use crate::diagnostic::{Diagnostic, codes};
 use crate::source::Span;
 
-/// The schema of a format's name.
+/// The JSON Schema of the name of a texture format.
 pub(super) struct FormatName;
 
 impl JsonSchema for FormatName {
@@ -31,17 +31,17 @@ impl JsonSchema for FormatName {
     }
 }
 
-/// A texture format by its WebGPU name.
+/// Parses the WebGPU name of a texture format; `None` for an unknown name.
 pub fn parse_format(name: &str) -> Option<TextureFormat> {
     TextureFormat::deserialize(StrDeserializer::<ValueError>::new(name)).ok()
 }
 
-/// The WebGPU name of a format.
+/// The WebGPU name of a texture format, such as `rgba16float`.
 pub fn format_name(format: TextureFormat) -> String {
     serde_json::to_value(format).ok().and_then(|name| name.as_str().map(str::to_owned)).unwrap_or_default()
 }
 
-/// The diagnostic for a name that is none of a format's, which stands at a place.
+/// Creates the diagnostic for a string at `place` that is not the name of a texture format.
 pub fn unknown_format(name: &str, place: Span, pointer: String) -> Diagnostic {
     let diagnostic =
         Diagnostic::error(codes::FORMAT_UNKNOWN, place, format!("\"{name}\" is not a texture format"));
@@ -50,7 +50,8 @@ pub fn unknown_format(name: &str, place: Span, pointer: String) -> Diagnostic {
     })
 }
 
-/// The texture formats by name, sorted: those of all names that are made like a format's which are one's.
+/// The names of the texture formats, sorted. They are generated from all combinations of channels and types, of which
+/// wgpu's formats are kept.
 static KNOWN_FORMATS: LazyLock<Vec<String>> = LazyLock::new(|| {
     const CHANNELS: &str = "r8 rg8 rgba8 bgra8 r16 rg16 rgba16 r32 rg32 rgba32 r64 rgb10a2 rg11b10 rgb9e5 depth16 depth32 \
         eac-r11 eac-rg11 etc2-rgb8 etc2-rgb8a1 etc2-rgba8 bc1-rgba- bc2-rgba- bc3-rgba- bc4-r- bc5-rg- bc6h-rgb- bc7-rgba- \

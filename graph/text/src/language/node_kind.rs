@@ -2,10 +2,10 @@
 
 use crate::document::{Entry, Value};
 
-/// The key in a group of shared settings for whichever node kind a pass has.
+/// The key in a group of shared settings whose value applies to the node kind of the pass, whichever kind that is.
 pub(crate) const SETTINGS: &str = "settings";
 
-/// The keys of a pass, or a group, that name no node kind.
+/// The keys of a pass, or of a group of shared settings, that do not name a node kind.
 const COMMON: [&str; 11] = [
     "description",
     "extends",
@@ -20,7 +20,8 @@ const COMMON: [&str; 11] = [
     SETTINGS,
 ];
 
-/// The member of a pass, or of a group of shared settings, that names its node kind, with the settings.
+/// Returns the member of a pass, or of a group of shared settings, whose key is the node kind and whose value is its
+/// settings.
 pub fn node_kind(pass: &Value) -> Option<&Entry> {
     pass.entries()?.iter().find(|member| !COMMON.contains(&member.key.as_str()))
 }

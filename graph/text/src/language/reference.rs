@@ -5,13 +5,13 @@ use serde::Deserialize;
 
 use super::Written;
 
-/// A reference to a resource or to published data after an ampersand, such as `"&maps"` or `"&maps@blur"`, or an
-/// expression after an equals sign that yields one: `"=soft ? &blurred : &maps"`.
+/// A reference to a resource or published data: `&` and the name, such as `"&maps"` or `"&maps@blur"`. It may also be
+/// `=` and an expression that yields a reference: `"=soft ? &blurred : &maps"`.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 #[serde(transparent)]
 pub struct Ref(pub String);
 
-/// The name without its sign, or the expression.
+/// Prints the name without `&`, or the expression with its `=`.
 impl std::fmt::Display for Ref {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match Written::of(&self.0) {

@@ -6,7 +6,7 @@ use serde::Deserialize;
 use super::format_names::FormatName;
 use super::{Expr, Word};
 
-/// A resource: a texture or a buffer. Blackboard data needs no declaration: the pass that publishes it names it.
+/// A resource: a texture or a buffer. Blackboard data is not declared here, but by the pass that publishes it.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ResourceDeclaration {
@@ -16,41 +16,43 @@ pub enum ResourceDeclaration {
     Buffer(BufferDeclaration),
 }
 
-/// A texture.
+/// The declaration of a texture.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TextureDeclaration {
-    /// A texture format of the WebGPU specification, or an expression that yields one; or several formats, of which the
-    /// first that supports every usage is taken.
+    /// A texture format of the WebGPU specification, or an expression that yields one. Of a list of formats, the first
+    /// that supports every use is taken.
     pub format: FormatCandidates,
     /// Width and height in texels (rounded down to whole ones): a list of two, or another size such as "=viewport",
     /// "=maps" or "=maps / 2".
     pub size: Expr,
-    /// The number of array layers.
+    /// The number of array layers, or the depth of a volume in texels; 1 by default.
     pub layers: Option<Expr>,
-    /// The number of mip levels.
+    /// The number of mip levels; 1 by default.
     pub mips: Option<Expr>,
-    /// The number of samples of each texel: 1 or 4.
+    /// The number of samples of each texel: 1 or 4, 1 by default.
     pub samples: Option<Expr>,
-    /// The view dimension of the whole texture; without it "2d" for one layer and "2d-array" for more.
+    /// The view dimension of the texture with all layers. By default it is "2d" for one layer and "2d-array" for more.
     pub view_dimension: Option<TextureShape>,
     /// The lifetime of the texture.
     #[serde(default)]
     pub lifetime: Lifetime,
-    /// Whether the host looks at it between frames: copies it, or binds it in shaders of its own. It then keeps what
-    /// the frame leaves in it, in memory that it shares with no other, and the passes that write it are kept.
+    /// Whether the host reads the texture between frames, by copying it or binding it in its own shaders. Such a
+    /// texture keeps its contents after the frame, in memory shared with no other resource, and passes that write it
+    /// are not culled.
     #[serde(default)]
     pub exposed: bool,
-    /// For a history: how many earlier frames can be read, 1 to 8, as `&NAME@-1`, `&NAME@-2` and so on; 1 without it.
+    /// For a history: the number of earlier frames that can be read, 1 to 8, as `&NAME@-1`, `&NAME@-2` and so on. The
+    /// default is 1.
     pub frames: Option<Expr>,
-    /// For a history: what an earlier frame holds before there was one. A number for all channels or for depth, or red,
-    /// green, blue and alpha.
+    /// For a history: the contents of an earlier frame that does not exist yet. A number for all channels or for depth,
+    /// or red, green, blue and alpha.
     pub initial: Option<Expr>,
     /// A description for people.
     pub description: Option<String>,
 }
 
-/// A buffer.
+/// The declaration of a buffer.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BufferDeclaration {
@@ -59,42 +61,44 @@ pub struct BufferDeclaration {
     /// The lifetime of the buffer.
     #[serde(default)]
     pub lifetime: Lifetime,
-    /// Whether the host looks at it between frames: copies it, or binds it in shaders of its own. It then keeps what
-    /// the frame leaves in it, in memory that it shares with no other, and the passes that write it are kept.
+    /// Whether the host reads the buffer between frames, by copying it or binding it in its own shaders. Such a buffer
+    /// keeps its contents after the frame, in memory shared with no other resource, and passes that write it are not
+    /// culled.
     #[serde(default)]
     pub exposed: bool,
-    /// For a history: how many earlier frames can be read, 1 to 8, as `&NAME@-1`, `&NAME@-2` and so on; 1 without it.
+    /// For a history: the number of earlier frames that can be read, 1 to 8, as `&NAME@-1`, `&NAME@-2` and so on. The
+    /// default is 1.
     pub frames: Option<Expr>,
-    /// For a history: the value of each four bytes of an earlier frame before there was one.
+    /// For a history: the value of each four bytes of an earlier frame that does not exist yet.
     pub initial: Option<WordValue>,
     /// A description for people.
     pub description: Option<String>,
 }
 
-/// The value of four bytes.
+/// A value of four bytes, which is repeated to fill a buffer.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum WordValue {
     /// A floating-point number.
     F32(Expr),
-    /// A whole number from 0.
+    /// An unsigned integer.
     U32(Expr),
-    /// A whole number.
+    /// A signed integer.
     I32(Expr),
 }
 
-/// One format, or several in the order of preference.
+/// One texture format, or several in the order of preference.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum FormatCandidates {
-    /// The format.
+    /// A single format.
     One(#[schemars(with = "Word<FormatName>")] String),
-    /// The candidates, the best first.
+    /// The candidate formats, the preferred one first.
     Several(#[schemars(with = "Vec<FormatName>", length(min = 1))] Vec<String>),
 }
 
 impl FormatCandidates {
-    /// The names in the order of preference.
+    /// The names of the candidate formats in the order of preference.
     pub fn names(&self) -> &[String] {
         match self {
             FormatCandidates::One(name) => std::slice::from_ref(name),
@@ -106,16 +110,16 @@ impl FormatCandidates {
 crate::webgpu_words! {
     /// The view dimension of a texture.
     TextureShape = wgpu_types::TextureViewDimension {
-        /// One layer.
+        /// A single layer.
         #[serde(rename = "2d")]
         D2,
-        /// Layers.
+        /// An array of layers.
         #[serde(rename = "2d-array")]
         D2Array,
         /// Six layers as the faces +X −X +Y −Y +Z −Z.
         #[serde(rename = "cube")]
         Cube,
-        /// Six layers for each cube.
+        /// An array of cubes, with six layers for each.
         #[serde(rename = "cube-array")]
         CubeArray,
         /// The layers are the depth of a volume.
@@ -124,17 +128,17 @@ crate::webgpu_words! {
     }
 }
 
-/// The lifetime of a resource.
+/// The lifetime of a resource's contents.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, serde::Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Lifetime {
-    /// Within one frame; its memory is shared with others whose lifetimes do not touch it.
+    /// The contents last within one frame. Memory is shared with other resources whose lifetimes do not overlap.
     #[default]
     Transient,
-    /// From frame to frame.
+    /// The contents are kept from frame to frame.
     Persistent,
-    /// One for each frame, of which the last few can be read: `&NAME@-1` is that of the frame before.
+    /// Each frame has its own copy, and a few earlier ones can be read: `&NAME@-1` is that of the previous frame.
     History,
-    /// The host's own; what is written to it is what the pipeline is for.
+    /// The host creates and owns the resource. Writing it is an output of the pipeline.
     Imported,
 }

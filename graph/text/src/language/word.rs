@@ -8,13 +8,13 @@ use serde::{Deserialize, Deserializer};
 
 use super::{Expr, Written};
 
-/// A word such as `"less-equal"`, or, after an equals sign, an expression that yields one:
-/// `"=reverse_z ? 'greater-equal' : 'less-equal'"`.
+/// A word such as `"less-equal"`, or `=` and an expression that yields one: `"=reverse_z ? 'greater-equal' :
+/// 'less-equal'"`.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Word<T> {
-    /// The word.
+    /// The literal word, decoded.
     Is(T),
-    /// The expression, with its equals sign.
+    /// The expression that yields the word, with its equals sign.
     Computed(Expr),
 }
 
@@ -44,7 +44,8 @@ impl<T: JsonSchema> JsonSchema for Word<T> {
     }
 }
 
-/// An enumeration of words for the values of a type of WebGPU, which has no descriptions of its own for the schema.
+/// Declares an enumeration with the variants of a WebGPU type, with descriptions for the JSON Schema and a conversion
+/// into that type.
 #[macro_export]
 macro_rules! webgpu_words {
     ($(#[$attribute:meta])* $name:ident = $webgpu:ty { $($(#[$of_word:meta])* $word:ident,)* }) => {

@@ -5,30 +5,30 @@ use std::ops::Range;
 use crate::expression::{Expression, ExpressionKind};
 use crate::language::{Expr, Written};
 
-/// The meaning of a string.
+/// The parsed meaning of a string in a pipeline document.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Content {
     /// A word, a name, a path or a description.
     Word,
-    /// An expression, or a reference; places in it are those in the string.
+    /// An expression or a reference; its ranges are byte offsets in the string.
     Expression(Expression),
-    /// Neither of these: it has a syntax error.
+    /// An expression or reference with a syntax error.
     Invalid,
 }
 
-/// A name in a string.
+/// A name that a string uses.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Named {
     /// A name in an expression: a value, or the size of a resource.
     Value(String),
     /// A resource or published data.
     Resource(String),
-    /// The pass that wrote a version.
+    /// The pass whose version of a resource is referenced.
     Version(String),
 }
 
 impl Content {
-    /// Reads a string, by its sign.
+    /// Parses a string: an expression after `=`, a reference after `&`, otherwise a word.
     pub(super) fn read(text: &str) -> Self {
         match Written::of(text) {
             Written::Plain(_) => Content::Word,
@@ -36,7 +36,7 @@ impl Content {
         }
     }
 
-    /// The expression, if it is one.
+    /// The expression or reference; `None` for a word or an invalid string.
     pub fn expression(&self) -> Option<&Expression> {
         match self {
             Content::Expression(expression) => Some(expression),
@@ -44,7 +44,7 @@ impl Content {
         }
     }
 
-    /// The names in a string, each with its place there.
+    /// The names that the string `text` uses, each with its byte range in `text`.
     pub(super) fn names(&self, text: &str) -> Vec<(Named, Range<usize>)> {
         let mut names = Vec::new();
         if let Some(expression) = self.expression() {
@@ -61,7 +61,7 @@ impl Content {
     }
 }
 
-/// The names in a reference that begins at a byte of a string.
+/// Appends the names in the reference `text` to `names`; `at` is the byte offset of the reference in its string.
 fn of_reference(text: &str, at: usize, names: &mut Vec<(Named, Range<usize>)>) {
     let from = usize::from(text.starts_with('&'));
     let split = text.find('@').unwrap_or(text.len());

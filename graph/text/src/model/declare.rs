@@ -7,12 +7,12 @@ use crate::compose::is_path;
 use crate::document::{Entry, Value, pointer_join};
 use crate::language;
 
-/// The names that are known in a pipeline or in a subgraph.
+/// The names that are visible in a pipeline or in a subgraph.
 #[derive(Debug, Default)]
 pub(super) struct Scope {
-    /// The subgraph; `None` for the pipeline.
+    /// The subgraph with these names; `None` for the pipeline.
     pub(super) owner: Option<Id>,
-    /// Whether the names of the pipeline are known, too.
+    /// Whether the names of the pipeline are visible in addition; `false` in subgraph files.
     pub(super) sees_pipeline: bool,
     /// The names that expressions and references can use.
     pub(super) values: BTreeMap<String, Id>,
@@ -20,7 +20,8 @@ pub(super) struct Scope {
     pub(super) others: BTreeMap<(DeclarationKind, String), Id>,
 }
 
-/// Sections of a pipeline or subgraph whose entries are declarations; whether expressions and references can name them.
+/// The sections of a pipeline or subgraph whose entries are declarations: the key, the kind of declaration, and whether
+/// expressions and references can use the names.
 pub(super) const SECTIONS: [(&str, DeclarationKind, bool); 12] = [
     ("parameters", DeclarationKind::Parameter, true),
     ("features", DeclarationKind::Feature, true),
@@ -36,7 +37,8 @@ pub(super) const SECTIONS: [(&str, DeclarationKind, bool); 12] = [
     ("shared_settings", DeclarationKind::SharedSettings, false),
 ];
 
-/// Declares all that a document declares: the scope of the pipeline first, then those of its subgraphs, in order.
+/// Adds all declarations of a document to the model. Returns the scope of the pipeline, then those of its subgraphs in
+/// order.
 pub(super) fn declare(model: &mut Model, root: &Value) -> Vec<Scope> {
     let subgraphs = section(root, "subgraphs");
     let mut top = of_owner(model, root, None, "");

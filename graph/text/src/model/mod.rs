@@ -26,11 +26,11 @@ use crate::document::{Document, Value};
 use crate::expression::{Expression, ExpressionKind};
 use crate::source::{FileId, Span};
 
-/// Names one declaration of a model.
+/// The identifier of a declaration in its [`Model`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Id(usize);
 
-/// The kinds of things that a document names.
+/// The kind of a [`Declaration`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum DeclarationKind {
     /// A parameter, of the pipeline or of a subgraph.
@@ -43,7 +43,7 @@ pub enum DeclarationKind {
     Constraint,
     /// A texture or buffer.
     Resource,
-    /// Data that a pass publishes; declared where it is named first.
+    /// Data that a pass publishes; the first use of its name counts as the declaration.
     Data,
     /// A pass.
     Pass,
@@ -65,40 +65,40 @@ pub enum DeclarationKind {
     SharedSettings,
 }
 
-/// A thing that a document names.
+/// A named item that a document declares, such as a pass or a parameter.
 #[derive(Clone, Debug)]
 pub struct Declaration {
-    /// The kind.
+    /// The kind of item.
     pub kind: DeclarationKind,
-    /// The name.
+    /// The name as it is declared.
     pub name: String,
-    /// The place of the name.
+    /// The span of the name where it is declared.
     pub place: Span,
-    /// The subgraph that it belongs to, or the pass whose loop has the variable.
+    /// The subgraph that contains the declaration, or for a loop variable its pass. `None` at the top level.
     pub owner: Option<Id>,
-    /// The JSON pointer of what is declared.
+    /// The JSON pointer of the declared value; for published data, of the declaration that names the data first.
     pub pointer: String,
 }
 
-/// A string of a document.
+/// A string value of a document.
 #[derive(Clone, Debug)]
 pub struct Text {
-    /// The place, quotes included.
+    /// The span of the string, quotes included.
     pub place: Span,
-    /// The declaration in which it stands.
+    /// The declaration that contains the string.
     pub within: Id,
-    /// The keys that lead to it from there.
+    /// The keys and array indices that lead from the value of the declaration to the string.
     pub keys: Vec<String>,
     /// The string, unescaped.
     pub text: String,
-    /// The meaning.
+    /// The parsed meaning of the string.
     pub content: Content,
-    /// The uses in it.
+    /// The uses in the string, as a range of indices into the uses of the model.
     uses: Range<usize>,
 }
 
 impl Text {
-    /// Whether it stands under a key, at any depth.
+    /// Whether one of the keys that lead from the declaration to the string is `key`.
     pub fn is_under(&self, key: &str) -> bool {
         self.keys.iter().any(|one| one == key)
     }
@@ -107,35 +107,35 @@ impl Text {
 /// A place where a name is used.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Use {
-    /// The place of the name.
+    /// The span of the name where it is used.
     pub place: Span,
-    /// The declaration that it means.
+    /// The declaration that the name refers to.
     pub declaration: Id,
-    /// The declaration in which it stands.
+    /// The declaration that contains the use.
     pub within: Id,
 }
 
-/// The names and strings of a document.
+/// The declarations of a document, its strings, and the resolved uses of names.
 #[derive(Clone, Debug, Default)]
 pub struct Model {
     declarations: Vec<Declaration>,
     texts: Vec<Text>,
     uses: Vec<Use>,
-    /// The node kinds of passes.
+    /// The node kind of each pass that names one.
     kinds: BTreeMap<Id, String>,
-    /// The strings in each declaration.
+    /// The strings in each declaration, as a range of indices into `texts`.
     read: BTreeMap<Id, Range<usize>>,
-    /// The uses of each declaration.
+    /// The uses that refer to each declaration, as indices into `uses`.
     used: BTreeMap<Id, Vec<usize>>,
-    /// The uses in each declaration.
+    /// The uses inside each declaration, as indices into `uses`.
     using: BTreeMap<Id, Vec<usize>>,
 }
 
-/// The largest expression that names are replaced in, in parts.
+/// The maximum number of nodes of an expression that [`Model::closed`] expands.
 const MAX_PARTS: usize = 2048;
 
 impl Model {
-    /// Reads a composed document.
+    /// Builds the model of a composed document.
     pub fn new(document: &Document) -> Self {
         let mut model = Self::default();
         let scopes = declare::declare(&mut model, &document.root);
@@ -150,51 +150,52 @@ impl Model {
         model
     }
 
-    /// All declarations.
+    /// All declarations with their identifiers.
     pub fn declarations(&self) -> impl Iterator<Item = (Id, &Declaration)> {
         self.declarations.iter().enumerate().map(|(at, one)| (Id(at), one))
     }
 
-    /// A declaration.
+    /// The declaration with this identifier.
     pub fn declaration(&self, id: Id) -> &Declaration {
         &self.declarations[id.0]
     }
 
-    /// The declaration of a name at the top of the document.
+    /// The declaration of this kind and name at the top level of the document; `None` if there is none.
     pub fn find(&self, kind: DeclarationKind, name: &str) -> Option<Id> {
         let is_it = |one: &Declaration| one.kind == kind && one.owner.is_none() && one.name == name;
         self.declarations.iter().position(is_it).map(Id)
     }
 
-    /// The strings of a document.
+    /// All strings of the document.
     pub fn texts(&self) -> &[Text] {
         &self.texts
     }
 
-    /// The strings in a declaration; in a subgraph those of all that it declares.
+    /// The strings in a declaration; for a subgraph, the strings in all of its declarations.
     pub fn texts_in(&self, id: Id) -> impl Iterator<Item = &Text> {
         let parts = self.parts_of(id).filter_map(|id| self.read.get(&id).cloned());
         parts.flat_map(|range| &self.texts[range])
     }
 
-    /// A declaration, and those that belong to it.
+    /// The declaration itself and, for a subgraph, the declarations in it.
     pub fn parts_of(&self, id: Id) -> impl Iterator<Item = Id> {
         let is_subgraph = self.declaration(id).kind == DeclarationKind::Subgraph;
         let parts = self.declarations().filter(move |(_, one)| is_subgraph && one.owner == Some(id));
         std::iter::once(id).chain(parts.map(|(id, _)| id))
     }
 
-    /// The uses of a declaration.
+    /// The uses that refer to a declaration.
     pub fn uses_of(&self, id: Id) -> impl Iterator<Item = &Use> {
         self.used.get(&id).into_iter().flatten().map(|at| &self.uses[*at])
     }
 
-    /// The uses that stand in a declaration itself, apart from what a subgraph declares.
+    /// The uses inside a declaration; for a subgraph, without the uses inside its own declarations.
     pub fn uses_in(&self, id: Id) -> impl Iterator<Item = &Use> {
         self.using.get(&id).into_iter().flatten().map(|at| &self.uses[*at])
     }
 
-    /// The declaration whose name stands at a place of a file, there or in a use.
+    /// The declaration whose name is at a byte offset of a file, where it is declared or used. `None` if no name is
+    /// there.
     pub fn declaration_at(&self, file: FileId, offset: u32) -> Option<Id> {
         let is_there = |place: Span| place.file == file && (place.start..=place.end).contains(&offset);
         let used = self.uses.iter().filter(|one| is_there(one.place));
@@ -202,12 +203,12 @@ impl Model {
         used.or_else(|| self.declarations().find(|(_, one)| is_there(one.place)).map(|(id, _)| id))
     }
 
-    /// The node kind of a pass.
+    /// The node kind of a pass; `None` if the pass names none.
     pub fn node_kind(&self, pass: Id) -> Option<&str> {
         self.kinds.get(&pass).map(String::as_str)
     }
 
-    /// The parameters and features of the pipeline that some declarations follow from, through derived values.
+    /// The pipeline's parameters and features that the given declarations are or depend on through derived values.
     pub fn settings_behind(&self, named: impl IntoIterator<Item = Id>) -> BTreeSet<Id> {
         use DeclarationKind as K;
         let (mut found, mut seen) = (BTreeSet::new(), BTreeSet::new());
@@ -226,14 +227,14 @@ impl Model {
         found
     }
 
-    /// The declarations that a string names.
+    /// The declarations that the names in a string refer to.
     pub fn named_in(&self, text: &Text) -> impl Iterator<Item = Id> {
         self.uses[text.uses.clone()].iter().map(|one| one.declaration)
     }
 
-    /// The expression of a string over parameters and features of the pipeline: derived values are replaced by what
-    /// they are, and names that mean something else begin with `^`. `None` for what is no expression, or too large a
-    /// one.
+    /// Returns the expression of a string with derived values replaced by their expressions. Names other than the
+    /// pipeline's parameters and features get the prefix `^`. `None` if the string is no expression, or cannot be
+    /// expanded or is too large.
     pub fn closed(&self, text: &Text) -> Option<Expression> {
         let mut parts = 0;
         self.close(text.content.expression()?, text, &mut parts, 0)
@@ -302,7 +303,7 @@ impl Model {
     }
 }
 
-/// The entries of a section.
+/// The entries of the section `name` of a pipeline or subgraph; empty if the section is missing.
 fn section<'v>(owner: &'v Value, name: &str) -> &'v [crate::document::Entry] {
     owner.entries_of(name)
 }

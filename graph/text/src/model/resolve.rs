@@ -10,7 +10,7 @@ use crate::document::{Entry, Kind, Value, pointer_join};
 use crate::language::Written;
 use crate::source::Span;
 
-/// Reads the strings of all declarations.
+/// Collects the strings of all declarations, and resolves the names in them.
 pub(super) fn resolve(model: &mut Model, scopes: Vec<Scope>, root: &Value) {
     let (top, below) = scopes.split_first().map_or((None, [].as_slice()), |(top, below)| (Some(top), below));
     let Some(top) = top else { return };
@@ -25,15 +25,15 @@ struct Resolver<'m, 's> {
     model: &'m mut Model,
     top: &'s Scope,
     scopes: &'s [Scope],
-    /// Published data, by the owner and the name.
+    /// Published data by its subgraph (`None` for the pipeline) and name.
     data: BTreeMap<(Option<Id>, String), Id>,
 }
 
-/// The surroundings of a string.
+/// The context in which the names of a string are resolved.
 struct Site<'s> {
     scope: &'s Scope,
     within: Id,
-    /// The variables of the loop.
+    /// The loop variables of the pass, by name.
     variables: BTreeMap<String, Id>,
 }
 
@@ -103,7 +103,7 @@ impl<'s> Resolver<'_, 's> {
         }
     }
 
-    /// Reads the strings of a value.
+    /// Reads all strings inside a value, except descriptions.
     fn strings(&mut self, value: &Value, keys: &mut Vec<String>, site: &Site<'s>) {
         match &value.kind {
             Kind::Text(_) => self.string(value, keys.clone(), site),
@@ -175,14 +175,14 @@ impl<'s> Resolver<'_, 's> {
         self.read(value, keys, site, content, begin);
     }
 
-    /// Notes a string, whose uses begin there.
+    /// Records a string in the model; `begin` is the index of its first use.
     fn read(&mut self, value: &Value, keys: Vec<String>, site: &Site<'s>, content: Content, begin: usize) {
         let text = value.text().unwrap_or_default().to_owned();
         let uses = begin..self.model.uses.len();
         self.model.texts.push(Text { place: value.span, within: site.within, keys, text, content, uses });
     }
 
-    /// The declaration that a name in a string means.
+    /// Returns the declaration that a name in a string refers to.
     fn resolve(&mut self, named: &Named, range: &Range<usize>, value: &Value, site: &Site<'s>) -> Option<Id> {
         match named {
             Named::Value(name) => {
@@ -230,7 +230,8 @@ impl<'s> Resolver<'_, 's> {
         Some(id)
     }
 
-    /// The pass of a name: itself, or the loop or use of a subgraph that it is part of.
+    /// Returns the pass of this name. A dotted name, such as a loop round, resolves to its longest prefix that names a
+    /// pass.
     fn pass_id(&self, name: &str, site: &Site<'s>) -> Option<Id> {
         let mut ends: Vec<usize> = name.match_indices('.').map(|(at, _)| at).collect();
         ends.push(name.len());
@@ -250,7 +251,7 @@ impl<'s> Resolver<'_, 's> {
     }
 }
 
-/// Whether a text has the form of a name.
+/// Whether a string is an ASCII letter followed by ASCII letters, digits and underscores.
 fn is_name(text: &str) -> bool {
     text.chars().next().is_some_and(|first| first.is_ascii_alphabetic())
         && text.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')

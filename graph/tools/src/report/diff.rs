@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::model::{AttachmentReport, PassReport, Report, ResourceReport, bytes_in_words};
 use super::settings::word;
 
-/// The differences, a line each; none for plans that are the same.
+/// Returns the differences between two plans, one line each; empty if the plans do not differ.
 pub fn diff(before: &Report, after: &Report) -> Vec<String> {
     let mut lines = Vec::new();
     if before.viewport != after.viewport {
@@ -132,7 +132,7 @@ fn settings(
     }
 }
 
-/// Says which passes run in another order among those that both plans run.
+/// Adds lines that name the passes of both plans whose order differs.
 fn order(before: &Report, after: &Report, lines: &mut Vec<String>) {
     let live = |report: &Report| -> Vec<String> {
         report.passes.iter().filter(|pass| pass.live).map(|pass| pass.name.clone()).collect()
@@ -154,7 +154,7 @@ fn order(before: &Report, after: &Report, lines: &mut Vec<String>) {
     }
 }
 
-/// A longest increasing subsequence of different numbers, by patience sorting.
+/// Returns a longest increasing subsequence of distinct numbers, found by patience sorting.
 fn longest_increasing(list: &[usize]) -> Vec<usize> {
     let mut tails: Vec<usize> = Vec::new();
     let mut before: Vec<Option<usize>> = vec![None; list.len()];

@@ -14,19 +14,19 @@ use umbragraph_pipeline::diagnostic::render::visible_json;
 const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
 
-/// The height of the pictures below passes, which the script has too.
+/// The height in pixels of the captured images below the passes; the page's script has the same constant.
 const PICTURE: usize = 60;
 
-/// Captures and times of frames, to be shown on the page.
+/// Captured images and pass times that the page shows.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Observed {
-    /// Pictures of resources by their names, or by `NAME@PASS`, each as a `data:` URL.
+    /// The captured images by resource name or `NAME@PASS`, each as a `data:` URL.
     pub pictures: BTreeMap<String, String>,
-    /// The times of passes by their names: of the processor and of the GPU, in milliseconds.
+    /// The CPU and GPU time of each pass in milliseconds, by pass name.
     pub times: BTreeMap<String, [f64; 2]>,
 }
 
-/// The page of a report, with the lines of a comparison if there is one, and what was observed.
+/// Builds the HTML page of a report, with captured images, pass times and optional comparison lines.
 pub fn page(report: &Report, comparison: Option<&[String]>, observed: &Observed) -> String {
     let json =
         |value: serde_json::Result<String>| visible_json(&value.unwrap_or_default()).replace('<', "\\u003c");

@@ -22,28 +22,28 @@ pub use model::{
     Report, ResourceReport, bytes_in_words,
 };
 
-/// The form of a drawn graph.
+/// The output format of a drawn render graph.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum GraphFormat {
-    /// A picture.
+    /// An SVG image.
     #[default]
     Svg,
-    /// A page that needs no network: the picture with search, details and comparison.
+    /// A self-contained HTML page: the SVG image with search, details and comparison.
     Html,
-    /// Graphviz.
+    /// A Graphviz DOT graph.
     Dot,
-    /// A flowchart for Markdown.
+    /// A Mermaid flowchart for Markdown.
     Mermaid,
-    /// The report itself.
+    /// The report data as JSON.
     Json,
 }
 
 impl GraphFormat {
-    /// All forms.
+    /// All output formats.
     pub const ALL: [Self; 5] = [Self::Svg, Self::Html, Self::Dot, Self::Mermaid, Self::Json];
 
-    /// `svg`, `html`, `dot`, `mermaid` or `json`.
+    /// The name of the format: `svg`, `html`, `dot`, `mermaid` or `json`.
     pub fn name(self) -> &'static str {
         match self {
             Self::Svg => "svg",
@@ -54,13 +54,14 @@ impl GraphFormat {
         }
     }
 
-    /// A form by its name.
+    /// Returns the format with a name; `None` if there is none.
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|format| format.name() == name)
     }
 }
 
-/// Draws a report. `comparison` is what [`diff`] says about it and another one; only the page shows it.
+/// Renders a report in a format. `comparison` holds the lines of [`diff`] against another report; only the HTML page
+/// shows them.
 pub fn draw(report: &Report, format: GraphFormat, comparison: Option<&[String]>) -> String {
     match format {
         GraphFormat::Svg => svg::picture(report, 0),

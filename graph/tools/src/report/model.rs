@@ -15,65 +15,67 @@ use umbragraph_pipeline::pipeline::{ResourceKind, SubresourceRange};
 use umbragraph_pipeline::source::{Sources, Span};
 use umbragraph_pipeline::work::{LoadOperation, PassHandle, ResourceHandle, Work};
 
-/// The steps of a reason that a report tells, so that it does not grow with the square of a long chain.
+/// The maximum number of steps listed for the reason of one pass; caps the report's growth for long chains of passes.
 pub const MAX_STEPS: usize = 16;
 
-/// A plan as data, for text, JSON, SVG and pages.
+/// A plan as serializable data, from which JSON, SVG, HTML, Graphviz and Mermaid output is made.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Report {
-    /// The pipeline's name.
+    /// The name of the pipeline.
     pub pipeline: String,
-    /// Width and height of the picture in texels.
+    /// The width and height of the rendered image in texels.
     pub viewport: [u32; 2],
-    /// The objective of the order.
+    /// The name of the objective by which passes were ordered, such as `memory`.
     pub objective: String,
-    /// All passes, the live ones in the order in which they run, each culled one where it would run.
+    /// All passes: the live ones in execution order, each culled one at the place where it would run. The index is the
+    /// column.
     pub passes: Vec<PassReport>,
     /// All resources that a pass uses, in the order of the pipeline.
     pub resources: Vec<ResourceReport>,
-    /// The edges between passes.
+    /// The dependency edges between passes.
     pub edges: Vec<EdgeReport>,
-    /// Bytes.
+    /// The memory that the plan needs, in bytes.
     pub memory: MemoryReport,
 }
 
-/// One pass.
+/// One pass of the pipeline, live or culled.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct PassReport {
-    /// Its name.
+    /// The name of the pass.
     pub name: String,
-    /// Its node kind.
+    /// The name of the node kind that made the pass.
     pub kind: String,
-    /// `cpu`, `draw`, `compute`, `copy` or `nothing`.
+    /// The type of work: `cpu`, `draw`, `compute`, `copy` or `nothing`.
     pub work: String,
-    /// Whether it runs: not culled.
+    /// Whether the pass runs; `false` if it is culled.
     pub live: bool,
-    /// The number of its render pass, which neighbours may share.
+    /// The number of the render pass group, shared by passes merged into one render pass; `None` for a culled pass.
     pub group: Option<usize>,
-    /// The toggle with which it runs, or with "!" in front the one without which it runs.
+    /// The toggle that must be on for the pass to run, or off if the name has a "!" prefix; `None` if it always runs.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub toggle: Option<String>,
-    /// The fallbacks that readers see in a frame without it, in words.
+    /// The fallbacks that readers get in frames in which this pass is off, each as "FALLBACK in place of RESOURCE".
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub passthrough: Vec<String>,
-    /// Why it is kept or culled, step by step; the first [`MAX_STEPS`] of a longer way.
+    /// The reason why the pass is kept or culled, one step per entry, at most [`MAX_STEPS`] and a note that there are
+    /// more.
     pub why: Vec<String>,
-    /// The resources that it reads, by name.
+    /// The names of the resources that the pass reads.
     pub reads: Vec<String>,
-    /// The resources that it writes, by name.
+    /// The names of the resources that the pass writes.
     pub writes: Vec<String>,
-    /// The attachments.
+    /// The color, depth and stencil attachments; empty for a culled pass.
     pub attachments: Vec<AttachmentReport>,
-    /// Its further settings: attachments, draws, bindings and their values, copies, each by its name.
+    /// Further settings by name, as text: attachments, draws, bindings with their values, and copies.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub settings: BTreeMap<String, String>,
-    /// The workgroups.
+    /// The workgroup counts in x, y and z; `None` unless the pass is a live compute pass with known counts.
     pub workgroups: Option<[u32; 3]>,
-    /// The shader variants.
+    /// The shader variants of the pass in words.
     pub variants: Vec<String>,
-    /// The place of the declaration: file and line.
+    /// The source location of the declaration, as `FILE:LINE`.
     pub declared: String,
 }
 
@@ -81,115 +83,117 @@ pub struct PassReport {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct AttachmentReport {
-    /// The resource.
+    /// The name of the attached resource.
     pub resource: String,
-    /// `color` or `depth`.
+    /// The kind of attachment: `color`, `depth` or `stencil`.
     pub kind: String,
-    /// `load`, `clear` or `discard`.
+    /// The load operation: `load`, `clear` or `discard`.
     pub load: String,
-    /// `store` or `discard`.
+    /// The store operation: `store` or `discard`.
     pub store: String,
-    /// Whether nothing of it leaves the pass.
+    /// Whether the attachment never leaves the pass: not loaded, not stored and used nowhere else.
     pub transient_attachment: bool,
 }
 
-/// One resource.
+/// One resource that a pass uses.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct ResourceReport {
-    /// Its name.
+    /// The name of the resource.
     pub name: String,
-    /// `texture`, `buffer` or `data`.
+    /// The kind of resource: `texture`, `buffer` or `data` (CPU data).
     pub kind: String,
-    /// Its lifetime.
+    /// The lifetime of the resource.
     pub lifetime: Lifetime,
     /// Whether a live pass uses it.
     pub live: bool,
-    /// Format and size in words.
+    /// The format and size in words.
     pub description: String,
-    /// Its bytes.
+    /// The size in bytes.
     pub bytes: u64,
-    /// The physical resource, such as `texture 3`; resources with the same words share memory. Else `imported`,
-    /// `blackboard`, or `nowhere` for what the plan leaves out.
+    /// The physical resource, such as `texture 3`; resources with the same place share memory. Otherwise `imported`,
+    /// `blackboard` (CPU data), or `nowhere` for a resource that no live pass uses.
     pub place: String,
-    /// The other resources at the same place.
+    /// The names of the other resources that share this one's memory.
     pub shares_with: Vec<String>,
-    /// The first and the last column of the passes that use it.
+    /// The columns (indices in `Report::passes`) of the first and last pass that use the resource.
     pub columns: [usize; 2],
-    /// The columns in which it is read.
+    /// The columns (indices in `Report::passes`) of the passes that read the resource.
     pub read_in: Vec<usize>,
-    /// The columns in which it is written.
+    /// The columns (indices in `Report::passes`) of the passes that write the resource.
     pub written_in: Vec<usize>,
-    /// For a history how many earlier frames can be read.
+    /// The number of earlier frames that can be read; `None` unless the resource is a history.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub frames: Option<u32>,
-    /// The place of the declaration: file and line.
+    /// The source location of the declaration, as `FILE:LINE`.
     pub declared: String,
 }
 
-/// Why a pass runs before another.
+/// The reason why one pass must run before another.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum EdgeKind {
-    /// The second reads what the first writes.
+    /// The later pass reads a version that the earlier pass writes.
     Data,
-    /// The second overwrites what the first reads.
+    /// The later pass overwrites contents that the earlier pass reads.
     WriteAfterRead,
-    /// The second overwrites what the first writes.
+    /// The later pass overwrites contents that the earlier pass writes.
     WriteAfterWrite,
-    /// The document says so.
+    /// The pipeline document declares the order with `after`.
     Explicit,
-    /// The second, which may run earlier, reads some frames later what the first leaves in a history.
+    /// The second pass reads, some frames later, the contents that the first leaves in a history. No order within a
+    /// frame follows.
     LaterFrame,
 }
 
-/// An edge from one pass to another.
+/// A dependency edge from one pass to another.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct EdgeReport {
-    /// The column of the first pass.
+    /// The column (index in `Report::passes`) of the first pass.
     pub from: usize,
-    /// The column of the second pass.
+    /// The column (index in `Report::passes`) of the second pass.
     pub to: usize,
-    /// Why.
+    /// The kind of dependency.
     pub kind: EdgeKind,
-    /// The resource, if one is the reason.
+    /// The name of the resource that causes the edge; `None` for an explicit order.
     pub resource: Option<String>,
-    /// For data the number of the version, from 1, and its subresource range.
+    /// For a data edge, the version number (from 1) and its subresource range; `None` for other edges.
     pub version: Option<String>,
 }
 
-/// Bytes of a plan.
+/// The memory that a plan needs, in bytes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct MemoryReport {
-    /// Bytes needed if no two resources shared memory.
+    /// The bytes needed if no two resources shared memory.
     pub without_aliasing: u64,
-    /// The bytes that are created.
+    /// The bytes of all created textures and buffers.
     pub created: u64,
-    /// The lower bound of this order: the sum over the compatibility classes of the bytes alive at once.
+    /// The lower bound for this pass order in bytes: the peak of live bytes of each compatibility class, summed.
     pub bound: u64,
-    /// The maximum that is alive at once over all classes.
+    /// The maximum number of bytes alive at once over all compatibility classes.
     pub peak: u64,
-    /// For the objective `memory`: the order of the document, the one chosen, and the bound of all orders.
+    /// For the objective `memory`, three byte counts: in document order, in the chosen order, and the lower bound of
+    /// all orders. `None` for other objectives.
     pub orders: Option<[u64; 3]>,
-    /// The bytes alive in each column.
+    /// The bytes alive in each column (index in `Report::passes`).
     pub alive: Vec<u64>,
-    /// The classes of what can stand for one another.
+    /// The compatibility classes: groups of resources that can share memory.
     pub classes: Vec<CompatibilityClassReport>,
 }
 
-/// One class of resources that can stand for one another.
+/// One compatibility class: resources that can share memory.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct CompatibilityClassReport {
-    /// The description of the members.
+    /// The common properties of the resources in words.
     pub description: String,
-    /// The number of resources.
+    /// The number of resources in the class.
     pub resources: usize,
-    /// The number that is created.
+    /// The number of physical textures or buffers created for the class.
     pub created: usize,
-    /// The bytes that are created, all together.
+    /// The total bytes created for the class.
     pub bytes: u64,
 }
 
@@ -224,13 +228,13 @@ impl Report {
         }
     }
 
-    /// The number of live passes.
+    /// Returns the number of live passes.
     pub fn live_passes(&self) -> usize {
         self.passes.iter().filter(|pass| pass.live).count()
     }
 }
 
-/// The live passes in their order, each culled one after the live pass that it would follow.
+/// Returns the live passes in execution order, each culled one after the live pass that it would follow.
 fn columns(plan: &Plan, graph: &Graph) -> Vec<PassHandle> {
     let mut behind: BTreeMap<Option<PassHandle>, Vec<PassHandle>> = BTreeMap::new();
     let mut last = None;
@@ -320,7 +324,7 @@ fn pass_report(plan: &Plan, sources: &Sources, handle: PassHandle) -> PassReport
     }
 }
 
-/// A way of at most [`MAX_STEPS`] steps, and that there are more.
+/// Returns at most [`MAX_STEPS`] steps of a reason, followed by a note if there are more.
 fn shortened(way: impl Iterator<Item = String>) -> Vec<String> {
     let mut way: Vec<String> = way.take(MAX_STEPS + 1).collect();
     if way.len() > MAX_STEPS {
@@ -413,7 +417,7 @@ fn describe(
     words
 }
 
-/// A number of bytes as people say it.
+/// Formats a number of bytes for people.
 pub fn bytes_in_words(bytes: u64) -> String {
     let units = ["B", "KiB", "MiB", "GiB", "TiB"];
     let mut unit = 0;
@@ -438,7 +442,8 @@ fn alive(resources: &[ResourceReport], columns: usize) -> Vec<u64> {
 }
 
 fn classes(plan: &Plan) -> Vec<CompatibilityClassReport> {
-    /// A compatibility class so far: its physical resources with their bytes, and the bytes of its resources.
+    /// A compatibility class during counting: its physical resources with their bytes, and the total bytes of its
+    /// resources.
     #[derive(Default)]
     struct CompatibilityClass {
         places: BTreeMap<Physical, u64>,
@@ -490,7 +495,7 @@ fn classes(plan: &Plan) -> Vec<CompatibilityClassReport> {
     classes.into_iter().map(report).collect()
 }
 
-/// Flags by their names.
+/// Joins the names of the flags that are set.
 fn in_words<F>(flags: impl Iterator<Item = (&'static str, F)>) -> String {
     let names: Vec<&str> = flags.map(|(name, _)| name).collect();
     names.join(", ").to_lowercase().replace('_', " ")

@@ -15,10 +15,10 @@ use umbragraph_pipeline::work::{
     SlotSource, Subresource, TextureView, Work,
 };
 
-/// The maximum number of a list's numbers that a report shows.
+/// The maximum number of elements of a list setting that a report shows.
 const MAX_NUMBERS: usize = 16;
 
-/// The settings of a pass by name.
+/// Returns the settings of a pass by name, as text.
 pub(super) fn settings(plan: &Plan, planned: &PlannedPass) -> BTreeMap<String, String> {
     let mut settings = Settings { plan, planned, told: BTreeMap::new() };
     match plan.pipeline.pass(planned.handle).work() {
@@ -120,8 +120,7 @@ impl Settings<'_> {
         self.bindings(render.draw.bound().1);
     }
 
-    /// An attachment in words: the name of the resource, and its subresource range unless that is the first or each
-    /// view's own.
+    /// Formats an attachment: the resource name, and its subresource range unless that is the first or each view's own.
     fn target(&self, to: &Subresource) -> String {
         let target = to.target();
         let mut words = self.name(target.resource).to_owned();
@@ -193,7 +192,7 @@ impl Settings<'_> {
     }
 }
 
-/// The numbers of a member, padding between them included.
+/// Formats the numbers of a constant block member, including padding between them.
 fn numbers(member: &Member, bytes: &[u8]) -> Option<String> {
     let element = match &member.layout {
         TypeLayout::Array { element, .. } => element_type(element),
@@ -217,7 +216,7 @@ fn numbers(member: &Member, bytes: &[u8]) -> Option<String> {
     Some(told.join(" "))
 }
 
-/// A value by the words of its JSON form: members one after the other, those of a member in parentheses.
+/// Formats a value from its JSON form: members one after the other, nested members in parentheses.
 pub(super) fn word(value: &impl Serialize) -> String {
     serde_json::to_value(value).map_or_else(|_| String::new(), |value| words(&value, 0))
 }

@@ -26,7 +26,7 @@ const LANE: usize = 38;
 const BOX_WIDTH: usize = 100;
 const BOX_HEIGHT: usize = 46;
 const CHART: usize = 96;
-/// The place of the legend: beside the title, so that it is visible on wide pictures too.
+/// The horizontal position of the legend in pixels, beside the title so that it stays visible on wide images.
 const LEGEND: usize = 520;
 
 const STYLE: &str = "
@@ -51,7 +51,7 @@ text { font: 12px ui-sans-serif, system-ui, 'DejaVu Sans', sans-serif; fill: #1f
 .alive { fill: #bcd7fb; stroke: #5b9bf0 } .created { stroke: #2f80ed; stroke-width: 1.6 } .without { stroke: #d64545; stroke-dasharray: 5 4 }
 ";
 
-/// Draws a report as SVG, with room below each pass for a picture so high.
+/// Draws a report as SVG, with `room` pixels below each pass for a captured image.
 pub(super) fn picture(report: &Report, room: usize) -> String {
     let lanes = lanes(report);
     let arcs = shown(report);
@@ -140,7 +140,8 @@ fn header(out: &mut String, report: &Report) {
     }
 }
 
-/// The arcs above the passes: hazards that no data says already, explicit order, and what later frames read.
+/// Returns the edges drawn as arcs above the passes: hazards not implied by data edges, explicit order, and reads by
+/// later frames.
 fn shown(report: &Report) -> Vec<&EdgeReport> {
     let follows = followers(report);
     let arcs = report.edges.iter().filter(|edge| match edge.kind {
@@ -164,7 +165,7 @@ fn shown(report: &Report) -> Vec<&EdgeReport> {
     shown
 }
 
-/// The loop that a pass is a round of; its own name without one.
+/// Returns the name of the loop that made a pass; the pass's own name if no loop did.
 fn loop_of(pass: &str) -> &str {
     match pass.rsplit_once('.') {
         Some((name, round)) if round.bytes().all(|byte| byte.is_ascii_digit()) => name,
@@ -172,7 +173,7 @@ fn loop_of(pass: &str) -> &str {
     }
 }
 
-/// The pairs of passes whose order follows from the order of others, or is that of a write and its read.
+/// Returns the pairs of passes whose order follows from other edges, or that are a write and its read.
 fn followers(report: &Report) -> BTreeSet<(usize, usize)> {
     let mut next: BTreeMap<usize, BTreeSet<usize>> = BTreeMap::new();
     let mut follows = BTreeSet::new();
@@ -282,7 +283,7 @@ struct Lane<'a> {
     resources: Vec<&'a ResourceReport>,
 }
 
-/// Whether a resource stands in a section.
+/// A predicate that selects the resources of a section of the image.
 type Belongs = fn(&ResourceReport) -> bool;
 
 fn is_created(one: &ResourceReport) -> bool {
@@ -448,7 +449,7 @@ fn chart(out: &mut String, report: &Report, top: usize) {
     }
 }
 
-/// The text, cut to `max` characters.
+/// Truncates a string to at most `max` characters.
 pub(super) fn shorten(text: &str, max: usize) -> String {
     let max = max.max(3);
     if text.chars().count() <= max {
@@ -457,12 +458,12 @@ pub(super) fn shorten(text: &str, max: usize) -> String {
     text.chars().take(max - 1).chain(['…']).collect()
 }
 
-/// A text as XML and HTML want it, which have no place for most control characters.
+/// Escapes a string for XML and HTML, and handles the control characters that XML forbids.
 pub(super) fn escape(text: &str) -> String {
     visible(text).replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
-/// A text at a place.
+/// Returns an SVG text element at a position in pixels.
 fn text(class: &str, [x, y]: [usize; 2], words: &str) -> String {
     format!("<text class=\"{class}\" x=\"{x}\" y=\"{y}\">{}</text>", escape(words))
 }

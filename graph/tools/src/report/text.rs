@@ -7,7 +7,7 @@ use std::fmt::Write as _;
 
 use super::model::{EdgeKind, EdgeReport, PassReport, Report};
 
-/// The graph for Graphviz.
+/// Renders the graph in Graphviz DOT.
 pub(super) fn dot(report: &Report) -> String {
     let quote =
         |text: &str| format!("\"{}\"", text.replace('\\', "\\\\").replace('"', "\\\"").replace('\n', " "));
@@ -33,7 +33,7 @@ fn toggle(pass: &PassReport) -> String {
     pass.toggle.as_ref().map_or_else(String::new, |toggle| format!(", toggle {toggle}"))
 }
 
-/// The graph for Mermaid.
+/// Renders the graph as a Mermaid flowchart.
 pub(super) fn mermaid(report: &Report) -> String {
     let quote = |text: &str| {
         text.replace('&', "#amp;")

@@ -46,18 +46,18 @@ use umbragraph_pipeline::source::Span;
 /// The facts about one named thing.
 #[derive(Clone, Debug, Serialize)]
 pub struct Thing {
-    /// Its name.
+    /// The name of the explained thing.
     pub name: String,
-    /// The kind.
+    /// The kind of the explained thing.
     pub kind: Kind,
     /// The kind in words, more closely: "a fullscreen pass".
     pub what: String,
-    /// The author's description.
+    /// The author's description; `None` if the document has none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub description: Option<String>,
-    /// The place of the declaration.
+    /// The source location of the declaration.
     pub declared: Location,
-    /// The value that counts, of a parameter, feature or derived value.
+    /// The effective value of a parameter, feature or derived value; `None` for other kinds.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub value: Option<String>,
     /// Sources of the value of a parameter or feature, the lowest first: the last one counts.
@@ -70,16 +70,16 @@ pub struct Thing {
     pub values: Vec<Origin>,
 }
 
-/// Whether two resources share memory.
+/// The answer to whether two resources share memory.
 #[derive(Clone, Debug, Serialize)]
 pub struct Memory {
-    /// The first resource.
+    /// The name of the first resource.
     pub first: String,
-    /// The second resource.
+    /// The name of the second resource.
     pub second: String,
-    /// Whether they share; `None` for a pipeline with errors, which has no plan.
+    /// Whether the resources share memory; `None` for a pipeline with errors, which has no plan.
     pub shared: Option<bool>,
-    /// Why, or every reason why not.
+    /// The reason why the resources share memory, or every reason why they do not.
     pub reasons: Vec<String>,
 }
 

@@ -11,7 +11,7 @@ use umbragraph_pipeline::compose::{Layer, SharedPlaces};
 use umbragraph_pipeline::document::{self, Kind, Value, pointer_join};
 use umbragraph_pipeline::source::{Sources, Span};
 
-/// A place as people read it.
+/// A source location: file, line and column.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Location {
     /// The file, as diagnostics show it.
@@ -33,7 +33,7 @@ impl std::fmt::Display for Location {
 pub struct Origin {
     /// The path of the value: keys joined by dots.
     pub path: String,
-    /// The value that counts.
+    /// The effective value, after all overrides.
     #[serde(flatten)]
     pub written: Written,
     /// The values that it replaced, the newest first.

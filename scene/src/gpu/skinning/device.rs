@@ -14,22 +14,22 @@ use crate::scene::Scene;
 
 const WORKGROUP: u32 = 64;
 
-/// The storage buffers of the shader.
+/// The number of storage buffers that the skinning shader binds.
 const STORAGE_BUFFERS: u32 = 4;
 
-/// The compute pipeline and its resources.
+/// The compute pipeline for skinning and its resources.
 pub(super) struct DeviceSkinning {
     device: wgpu::Device,
     pipeline: wgpu::ComputePipeline,
     group: wgpu::BindGroup,
     joints: wgpu::Buffer,
-    /// The number of workgroups for each draw.
+    /// The number of workgroups of each draw's dispatch.
     workgroups: Vec<u32>,
-    /// The joint matrices as written to the buffer; the allocation is reused.
+    /// The joint matrices in `f32`, as last uploaded; the allocation is reused.
     matrices: Vec<Mat4>,
 }
 
-/// A vertex of the unskinned mesh, in the layout of the shader.
+/// A vertex of the unskinned mesh, in the memory layout of the shader.
 #[repr(C)]
 #[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
 struct Modelled {
@@ -40,7 +40,7 @@ struct Modelled {
     weights: [f32; 4],
 }
 
-/// The uniform block of a dispatch, in the layout of the shader.
+/// The uniform block of a dispatch, in the memory layout of the shader.
 #[repr(C)]
 #[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
 struct Task {
@@ -53,7 +53,7 @@ struct Task {
 }
 
 impl DeviceSkinning {
-    /// Whether a device can skin these draws, which have so many vertices together.
+    /// Returns `true` if a device with these limits can skin these draws, which have `vertices` vertices in total.
     pub(super) fn fits(limits: &wgpu::Limits, scene: &Scene, draws: &[Skinned], vertices: u32) -> bool {
         let joints: u64 = draws.iter().map(|skinned| u64::from(skinned.joint_count)).sum();
         let max = draws.iter().map(|skinned| scene.primitive(skinned.draw).positions.len()).max();
@@ -130,7 +130,7 @@ impl DeviceSkinning {
         Self { device: device.clone(), pipeline, group, joints, workgroups, matrices: Vec::new() }
     }
 
-    /// Submits what moves the vertices to where these joints have them.
+    /// Uploads the joint matrices and submits the dispatches that compute the skinned vertices.
     pub(super) fn write(&mut self, queue: &wgpu::Queue, joints: &[DMat4]) {
         self.matrices.clear();
         self.matrices.extend(joints.iter().map(DMat4::as_mat4));

@@ -29,31 +29,32 @@ use crate::scene::{Draw, Scene};
 use device::DeviceSkinning;
 use host::HostSkinning;
 
-/// Skinning of the draws of a scene.
+/// Skinning and morphing of the draws of a scene, on the device or the CPU.
 pub(super) struct Skinning {
-    /// Skinning of draws without morph targets on the device, if it supports that.
+    /// Device skinning of draws without morph targets; `None` if the device does not support it or there are no such
+    /// draws.
     device: Option<DeviceSkinning>,
-    /// Skinning of the other draws on the CPU.
+    /// CPU skinning and morphing of all draws that `device` does not handle.
     host: HostSkinning,
-    /// The joint matrices of all skinned draws, one after the other, as last written.
+    /// The concatenated joint matrices of all skinned draws, as last written.
     joints: Vec<DMat4>,
-    /// The joint matrices of the pose that is being written; the allocation is reused.
+    /// The concatenated joint matrices of the pose being written; the allocation is reused.
     next: Vec<DMat4>,
-    /// The morph target weights as last written; `None` before the first pose.
+    /// The morph weights of the draws that the CPU handles, as last written; `None` before the first pose.
     weights: Option<Vec<f32>>,
-    /// The device that copies positions.
+    /// The device that records copies of positions to the previous positions.
     copier: wgpu::Device,
-    /// Whether the pose before moved vertices, so that their previous positions are not those of now.
+    /// Whether the last write changed vertices, so that their previous positions still differ from the current ones.
     has_moved: bool,
 }
 
-/// A skinned draw and the ranges of its vertices and joints.
+/// A skinned or morphed draw and the ranges of its vertices and joints.
 #[derive(Clone, Copy, Debug)]
 struct Skinned {
     draw: Draw,
-    /// Its first vertex in the streams.
+    /// The index of the draw's first vertex in the vertex streams.
     first_vertex: u32,
-    /// The index of its first joint in the joints of all skinned draws.
+    /// The index of the draw's first joint in the concatenated joints of all skinned draws.
     first_joint: u32,
     joint_count: u32,
 }
@@ -80,7 +81,8 @@ impl Skinning {
         }
     }
 
-    /// Moves the vertices of all skinned draws to where a pose has them.
+    /// Writes the positions and normals of all skinned and morphed draws for a pose, and keeps the old positions as
+    /// previous ones.
     pub(super) fn write(&mut self, queue: &wgpu::Queue, geometry: &Geometry, scene: &Scene, pose: &Pose) {
         let joints = scene.draws_of_all_details().filter(|draw| draw.skin.is_some());
         self.next.clear();
@@ -107,7 +109,7 @@ impl Skinning {
     }
 }
 
-/// The draws whose vertices are their own; one without a skin has no joints.
+/// The draws with skinned or morphed vertices; the joint count is 0 for a draw without a skin.
 fn moved_draws(scene: &Scene, geometry: &Geometry) -> Vec<Skinned> {
     let mut first_joint = 0;
     let own = scene.draws_of_all_details().enumerate().filter(|(_, draw)| scene.has_own_vertices(*draw));

@@ -9,7 +9,7 @@ use crate::mesh::Primitive;
 use crate::morph::MorphTarget;
 use crate::node::{Node, NodeId};
 
-/// A scene's positions and normals on a device, and whether the device moves them.
+/// The vertex streams of a scene, and the skinning that writes them.
 struct Streams {
     geometry: Geometry,
     skinning: Skinning,
@@ -25,7 +25,7 @@ impl Streams {
         self.skinning.device.is_some()
     }
 
-    /// All positions and normals in a pose.
+    /// Writes a pose and reads back all positions and normals.
     fn in_pose(&mut self, gpu: &Gpu, scene: &Scene, pose: &Pose) -> [Vec<f32>; 2] {
         self.skinning.write(&gpu.queue, &self.geometry, scene, pose);
         [&self.geometry.positions, &self.geometry.normals].map(|stream| read(gpu, stream))
@@ -48,7 +48,7 @@ fn read(gpu: &Gpu, buffer: &wgpu::Buffer) -> Vec<f32> {
     bytemuck::cast_slice(&mapped).to_vec()
 }
 
-/// The device and one of the same adapter on which the processor has to skin.
+/// A device, and a second one of the same adapter with too few storage buffers, so that the CPU skins.
 fn devices() -> Option<[Gpu; 2]> {
     let gpu = gpu::device()?;
     let few = wgpu::Limits { max_storage_buffers_per_shader_stage: 3, ..gpu.device.limits() };
@@ -61,8 +61,8 @@ fn figure() -> Scene {
     crate::load(&path).expect("a scene")
 }
 
-/// Holds the device's vertices to the processor's in some poses; the farthest that a coordinate is off, as a part of
-/// the largest.
+/// Asserts that the device computes the same vertices as the CPU in each pose. Returns the largest difference of a
+/// coordinate, relative to the largest coordinate.
 #[track_caller]
 fn assert_alike(scene: &Scene, poses: &[Pose]) -> f64 {
     let Some(gpus) = devices() else { return 0.0 };
@@ -94,8 +94,8 @@ fn the_device_moves_the_figure_as_the_processor_does() {
     println!("the figure: {:.1e} of the largest coordinate", assert_alike(&scene, &poses));
 }
 
-/// The figure thrice in one scene: once as it is, once scaled unevenly and far from the origin, once mirrored and
-/// almost flat, with joints of their own each time.
+/// The figure three times in one scene, with separate joints: unchanged; scaled unevenly and far from the origin; and
+/// mirrored and almost flat.
 fn crowd() -> Scene {
     let mut scene = figure();
     let skinned: Vec<Draw> = scene.draws().filter(|draw| draw.skin.is_some()).collect();
@@ -128,7 +128,7 @@ fn skinning_holds_under_uneven_scale_mirror_and_distance() {
     println!("changed joints: {:.1e} of the largest coordinate", assert_alike(&scene, &poses));
 }
 
-/// A target that moves every vertex by so much.
+/// A morph target that displaces every vertex by `by`, in metres.
 fn target(primitive: &Primitive, by: [f32; 3]) -> MorphTarget {
     let bounds = Bounds { min: DVec3::ZERO, max: DVec3::from_array(by.map(f64::from)) };
     MorphTarget { positions: vec![by; primitive.positions.len()], normals: Vec::new(), bounds }

@@ -19,12 +19,12 @@ fn picture(gpu: &Gpu, document: &Document, filter: &str) -> Drawn {
     draw(gpu, &upload(gpu, &document.load().unwrap()), filter)
 }
 
-/// A material of one colour.
+/// The JSON of a material with a base colour of these red and green factors.
 fn color(red: f64, green: f64) -> Value {
     json!({ "pbrMetallicRoughness": { "baseColorFactor": [red, green, 0, 1] } })
 }
 
-/// The triangle (0,0) (1,0) (0,1), red.
+/// A document with the red triangle (0,0), (1,0), (0,1) in the plane z = 0.
 fn red_triangle() -> Document {
     let mut document = Document::triangle();
     document.push("materials", color(1.0, 0.0));
@@ -154,8 +154,7 @@ fn a_skinned_mesh_is_drawn_where_its_joints_are() {
     assert_eq!(drawn.at(0.25, 0.25), NOTHING);
 }
 
-/// The middles of a grid of places are inside or outside of the triangle that the processor computes, as they are
-/// drawn.
+/// Asserts for the points of a grid that they are drawn exactly if they lie inside the triangle computed by the CPU.
 #[test]
 fn a_morphed_mesh_is_drawn_where_the_cpu_puts_its_vertices() {
     let Some(gpu) = gpu::device() else { return };

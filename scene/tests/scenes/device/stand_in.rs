@@ -8,7 +8,7 @@ use umbragraph_pipeline::draw::{DOUBLE_SIDED, HostInterface, HostResourceKind, P
 use umbragraph_scene::gpu::SceneResources;
 use umbragraph_test_support::gpu::Gpu;
 
-/// Pixels on each side of the picture.
+/// The width and height of the picture, in pixels.
 pub(crate) const SIDE: u32 = 32;
 
 const SHADER: &str = "
@@ -35,15 +35,15 @@ struct Vertex { @builtin(position) position: vec4<f32>, @location(0) normal: vec
     return vec4(color.rg, towards, 1.0);
 }";
 
-/// The drawn picture and the objects.
+/// The drawn picture and the indices of the drawn objects.
 pub(crate) struct Drawn {
     texels: Vec<u8>,
-    /// The objects in the order of their draws.
+    /// The indices of the objects, in the order of their draw calls.
     pub(crate) objects: Vec<u32>,
 }
 
 impl Drawn {
-    /// Red, green and blue at a place of the picture, x and y from −1 to 1, y up.
+    /// The red, green and blue bytes at a point of the picture; x and y run from −1 to 1, y upwards.
     pub(crate) fn at(&self, x: f64, y: f64) -> [u8; 3] {
         let pixel = |value: f64| ((value * 0.5 + 0.5) * f64::from(SIDE)) as usize;
         let at = (pixel(-y) * SIDE as usize + pixel(x)) * 4;
@@ -96,7 +96,7 @@ impl DrawPass for Pass<'_> {
     }
 }
 
-/// Draws what passes `filter` as an orthographic view along −Z sees x and y from −1 to 1.
+/// Draws the scene with a filter, in an orthographic view along −Z of x and y from −1 to 1.
 pub(crate) fn draw(gpu: &Gpu, resources: &SceneResources, filter: &str) -> Drawn {
     let (device, queue) = (&gpu.device, &gpu.queue);
     let interface = resources.interface("scene").expect("the contract of scenes");

@@ -8,29 +8,29 @@ use crate::graph::edit::{EditError, Edits};
 /// A change that cannot be made.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum ChangeError {
-    /// A change of a text that cannot be made.
+    /// An edit of a text that cannot be made.
     Edit(EditError),
-    /// A pass, resource or slot that there is not.
+    /// An unknown pass, resource or slot.
     Unknown(String),
-    /// A node kind or subgraph that there is not.
+    /// An unknown node kind or subgraph.
     UnknownKind(String),
     /// A file with a syntax error.
     Broken(String),
-    /// A file that comes with the module.
+    /// A file that is bundled with the engine and cannot be changed.
     Bundled(String),
-    /// A reference that an expression chooses.
+    /// A reference that an expression selects.
     Chosen(String),
     /// A list that a pass takes over as a whole from shared settings or another file.
     Inherited(String),
-    /// A condition that says off with the chosen values.
+    /// A condition that is false with the chosen values.
     Conditional(String),
     /// A resource that passes of a group use in several versions.
     Versions(String),
-    /// A resource that is to be removed, and what uses it.
+    /// The resource to be removed, and the names of its users.
     Used(String, Vec<String>),
     /// Passes that stand in several files, or in one that is not the pipeline's own.
     Scattered,
-    /// A text that is no longer what it was.
+    /// A text that has changed since.
     Gone,
 }
 
@@ -75,5 +75,5 @@ impl From<EditError> for ChangeError {
 
 pub(super) type Changed = Result<(), ChangeError>;
 
-/// The edits of a change, by the names of files, or why it cannot be made.
+/// The edits of a change, by file name, or the error that prevents the change.
 pub type Changes = Result<BTreeMap<String, Edits>, ChangeError>;

@@ -57,7 +57,7 @@ pub enum Change {
     Switch {
         /// The pass.
         pass: String,
-        /// Whether it is to be there.
+        /// `true` to switch the pass on, `false` to switch it off.
         on: bool,
     },
     /// Removes a pass, and its name from the lists `after` and `before` of others.
@@ -69,19 +69,19 @@ pub enum Change {
     Move {
         /// The pass.
         pass: String,
-        /// The pass before which it goes.
+        /// The pass before which it goes; `None` moves it to the end.
         before: Option<String>,
     },
     /// Adds a pass, of a node kind or as a use of a subgraph.
     Add {
         /// The node kind, the name of a subgraph, or the path of a file that is one.
         kind: String,
-        /// The pass after which it is written; without one it is the last.
+        /// The pass after which the new one is written; `None` appends it at the end.
         after: Option<String>,
     },
     /// Adds a texture or a buffer.
     Declare {
-        /// The resource whose format and size it has; without one it is a texture as large as the frame.
+        /// The resource whose format and size are copied; `None` declares a texture as large as the frame.
         like: Option<String>,
     },
     /// Removes a resource that nothing uses.

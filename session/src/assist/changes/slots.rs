@@ -17,16 +17,16 @@ use crate::graph::model::{Content, DeclarationKind, Id, Text};
 /// The group of the bindings that a pass fills; those below are of its views, those above of the host.
 const PASS_GROUP: u32 = 1;
 
-/// A place of a pass that refers to a resource or to published data, or can.
+/// A place in a pass that refers to a resource or to published data, or that can.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Slot {
-    /// The keys that lead to it from the pass.
+    /// The keys that lead to the slot from the pass.
     pub keys: Vec<String>,
-    /// The name for people: the binding, the attachment or the input.
+    /// The display name: the binding, the attachment or the input.
     pub label: String,
-    /// The reference that stands there.
+    /// The current reference; `None` for an empty slot.
     pub value: Option<String>,
-    /// The reason for which nothing else can be connected.
+    /// The reason why no other resource can be connected; `None` if one can.
     pub refused: Option<String>,
 }
 

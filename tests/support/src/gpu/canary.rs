@@ -17,20 +17,20 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
 }
 ";
 
-/// Why a device cannot be relied on.
+/// The reason why a device cannot be relied on.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum CanaryError {
-    /// The shader or one of the objects around it was rejected.
+    /// The device rejected the shader, or an object that runs the shader.
     Rejected(String),
     /// The results could not be read back.
     ReadBack(String),
-    /// The results are wrong; the first that is.
+    /// A result is wrong; describes the first one.
     Wrong {
-        /// The place among the results.
+        /// The index of the wrong result.
         index: u32,
         /// The correct result.
         expected: u32,
-        /// The kind.
+        /// The wrong result.
         actual: u32,
     },
 }
@@ -49,7 +49,7 @@ impl fmt::Display for CanaryError {
 
 impl std::error::Error for CanaryError {}
 
-/// Computes on the device and looks at the results.
+/// Runs a compute shader on the device and verifies the results.
 pub(super) fn check(device: &wgpu::Device, queue: &wgpu::Queue) -> Result<(), CanaryError> {
     let scope = device.push_error_scope(wgpu::ErrorFilter::Validation);
     let result = compute(device, queue);

@@ -7,14 +7,14 @@
 
 use std::fmt;
 
-/// The properties of an adapter that the choice looks at.
+/// The properties of an adapter that determine its rank.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct AdapterSummary {
     /// The adapter's name.
     pub name: String,
-    /// The backend through which it is reached.
+    /// The backend that provides the adapter.
     pub backend: wgpu::Backend,
-    /// The kind of device.
+    /// The kind of device, such as a discrete GPU.
     pub device_type: wgpu::DeviceType,
 }
 
@@ -24,7 +24,8 @@ impl fmt::Display for AdapterSummary {
     }
 }
 
-/// The indices of the adapters that may be used, the best first.
+/// Returns the indices of the usable adapters, the best first. `wanted` is a part of the adapter's name; `None` allows
+/// all.
 pub fn preference(adapters: &[AdapterSummary], wanted: Option<&str>) -> Vec<usize> {
     let wanted = wanted.unwrap_or_default().to_lowercase();
     let mut order: Vec<usize> = (0..adapters.len())
@@ -47,7 +48,7 @@ fn rank(device_type: wgpu::DeviceType) -> u8 {
     }
 }
 
-/// Why [`preference`] found nothing.
+/// Explains why [`preference`] found no adapter.
 pub(super) fn explain_nothing(adapters: &[AdapterSummary], wanted: Option<&str>) -> String {
     let names: Vec<String> = adapters
         .iter()

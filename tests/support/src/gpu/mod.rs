@@ -24,7 +24,7 @@ use crate::{environment, skip};
 pub use canary::CanaryError;
 pub use choice::{AdapterSummary, preference};
 
-/// Optional features that tests may use where the adapter has them; [`Gpu::device`] tells which it has.
+/// Optional features that tests may use if the adapter has them; [`Gpu::device`] reports the enabled ones.
 pub const OPTIONAL_FEATURES: wgpu::Features = wgpu::Features::FLOAT32_FILTERABLE
     .union(wgpu::Features::TIMESTAMP_QUERY)
     .union(wgpu::Features::DEPTH_CLIP_CONTROL)
@@ -33,23 +33,24 @@ pub const OPTIONAL_FEATURES: wgpu::Features = wgpu::Features::FLOAT32_FILTERABLE
     .union(wgpu::Features::DEPTH32FLOAT_STENCIL8)
     .union(wgpu::Features::TIMESTAMP_QUERY_INSIDE_ENCODERS);
 
-/// A device that has computed, and what it came from.
+/// A tested graphics device, with its instance, adapter and queue.
 #[derive(Clone, Debug)]
 pub struct Gpu {
-    /// The instance of the adapter.
+    /// The wgpu instance that the adapter comes from.
     pub instance: wgpu::Instance,
-    /// The adapter of the device.
+    /// The adapter that the device was opened on.
     pub adapter: wgpu::Adapter,
-    /// A device of this caller alone, with WebGPU's default limits and the [`OPTIONAL_FEATURES`] that the adapter has.
+    /// A device that is not shared with other callers. It has WebGPU's default limits and the [`OPTIONAL_FEATURES`] of
+    /// the adapter.
     pub device: wgpu::Device,
     /// The queue of the device.
     pub queue: wgpu::Queue,
-    /// The adapter's name and backend, as `llvmpipe (LLVM 15.0.6, 256 bits) on vulkan`.
+    /// The adapter's name and backend, such as `llvmpipe (LLVM 15.0.6, 256 bits) on vulkan`.
     pub name: String,
 }
 
 impl Gpu {
-    /// A texture to draw into and to read back.
+    /// Creates a texture of the given size in pixels, to render into and to read back.
     #[must_use]
     pub fn target(&self, [width, height]: [u32; 2], format: wgpu::TextureFormat) -> wgpu::Texture {
         self.device.create_texture(&wgpu::TextureDescriptor {
@@ -64,25 +65,26 @@ impl Gpu {
         })
     }
 
-    /// The number of frames that a bench takes the shortest of. A GPU raises its clock in the first ones.
+    /// Returns the number of frames of which a benchmark takes the shortest. A GPU raises its clock in the first
+    /// frames.
     #[must_use]
     pub fn frames(&self) -> usize {
         if self.adapter.get_info().device_type == wgpu::DeviceType::Cpu { 4 } else { 100 }
     }
 
-    /// Another device of the same adapter, with other limits than WebGPU's defaults.
+    /// Opens another device of the same adapter, with other limits than WebGPU's defaults.
     ///
     /// # Panics
-    /// If the adapter has less.
+    /// If the adapter does not support the limits.
     #[must_use]
     pub fn with_limits(&self, limits: wgpu::Limits) -> Self {
         self.with(limits, self.device.features())
     }
 
-    /// Another device of the same adapter, with other limits and features.
+    /// Opens another device of the same adapter, with other limits and features.
     ///
     /// # Panics
-    /// If the adapter has less.
+    /// If the adapter does not support the limits or features.
     #[must_use]
     pub fn with(&self, limits: wgpu::Limits, features: wgpu::Features) -> Self {
         let descriptor = wgpu::DeviceDescriptor {
@@ -98,16 +100,15 @@ impl Gpu {
     }
 }
 
-/// Whether a test that finds no adapter must fail.
+/// Returns `true` if a test must fail without an adapter.
 pub fn require_gpu() -> bool {
     environment::is_set(&environment::process, environment::REQUIRE_GPU)
 }
 
-/// A device for one test; none, announced and counted, where the machine has no adapter.
+/// Returns a device for one test. Returns `None`, and counts the test as skipped, if the machine has no usable adapter.
 ///
 /// # Panics
-/// If the machine lacks an adapter, or the one asked for, and `UMBRAGRAPH_REQUIRE_GPU=1` or `UMBRAGRAPH_ADAPTER` asks
-/// for one.
+/// If there is no matching adapter, and `UMBRAGRAPH_REQUIRE_GPU=1` or `UMBRAGRAPH_ADAPTER` is set.
 #[must_use]
 pub fn device() -> Option<Gpu> {
     static CHOSEN: OnceLock<Result<Chosen, String>> = OnceLock::new();
@@ -131,7 +132,7 @@ pub fn device() -> Option<Gpu> {
     }
 }
 
-/// The variable that makes a missing adapter a failure, where one does.
+/// Returns the variable that makes a missing adapter a failure; `None` if neither is set.
 fn demand(lookup: environment::Lookup<'_>) -> Option<&'static str> {
     [environment::REQUIRE_GPU, environment::ADAPTER]
         .into_iter()
@@ -143,7 +144,7 @@ struct Chosen {
     adapter: wgpu::Adapter,
 }
 
-/// The best adapter that computes, or why there is none.
+/// Opens the best adapter that computes correctly, or returns the reason why there is none.
 fn choose() -> Result<Chosen, String> {
     let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
     let adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::all()));

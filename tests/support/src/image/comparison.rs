@@ -7,38 +7,38 @@
 
 use super::picture::{Channels, Picture};
 
-/// The difference up to which two pictures still match.
+/// The limits of differences within which two pictures still match.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Tolerance {
-    /// The largest difference of a channel with which a pixel still passes.
+    /// The largest difference of a channel, in 8-bit levels, with which a pixel still passes.
     pub per_channel: u8,
     /// The number of pixels that may fail.
     pub failed_pixels: usize,
 }
 
 impl Tolerance {
-    /// Each byte must be the same.
+    /// The tolerance that requires all bytes to be equal.
     pub const EXACT: Self = Self { per_channel: 0, failed_pixels: 0 };
 }
 
-/// The place where two pictures lie furthest apart.
+/// The pixel with the largest difference of a channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MaxDifference {
-    /// The difference of the channel that differs most.
+    /// The difference of the most different channel, in 8-bit levels.
     pub amount: u8,
-    /// The name of that channel: `red`, `green`, `blue` or `alpha`.
+    /// The most different channel: `red`, `green`, `blue` or `alpha`.
     pub channel: &'static str,
     /// The column, from the left.
     pub x: u32,
     /// The row, from the top.
     pub y: u32,
-    /// Red, green, blue and alpha of the reference there.
+    /// Red, green, blue and alpha of this pixel in the reference.
     pub reference: [u8; 4],
-    /// Red, green, blue and alpha of the actual picture there.
+    /// Red, green, blue and alpha of this pixel in the actual picture.
     pub actual: [u8; 4],
 }
 
-/// The result of a comparison.
+/// The result of comparing two pictures.
 #[must_use = "a comparison that nobody looks at lets every picture pass"]
 #[derive(Clone, Debug)]
 pub struct Comparison {
@@ -95,7 +95,8 @@ pub fn compare(reference: &Picture, actual: &Picture, tolerance: &Tolerance) -> 
     Comparison { tolerance: *tolerance, outcome: Outcome::Compared { pixels, failed, max, difference } }
 }
 
-/// Red where a pixel fails, green where it differs within the tolerance, else the reference, dark.
+/// Returns the color of a pixel in the difference picture: red for failing, green for within the tolerance, else the
+/// darkened reference.
 fn difference_colour(reference: [u8; 4], amount: u8, fails: bool) -> [u8; 3] {
     // A difference of one must still be seen.
     let strength = 128 + amount / 2;
@@ -110,7 +111,7 @@ fn difference_colour(reference: [u8; 4], amount: u8, fails: bool) -> [u8; 3] {
 }
 
 impl Comparison {
-    /// Whether the pictures match under the tolerance.
+    /// Returns `true` if the pictures match within the tolerance.
     pub fn matches(&self) -> bool {
         match &self.outcome {
             Outcome::OtherSize { .. } => false,
@@ -118,7 +119,7 @@ impl Comparison {
         }
     }
 
-    /// The number of pixels beyond the tolerance; none when the sizes differ.
+    /// Returns the number of pixels beyond the tolerance; `None` if the sizes differ.
     pub fn failed_pixels(&self) -> Option<usize> {
         match &self.outcome {
             Outcome::OtherSize { .. } => None,
@@ -126,7 +127,7 @@ impl Comparison {
         }
     }
 
-    /// The place of the largest difference; none if the pictures are the same or their sizes differ.
+    /// Returns the largest difference; `None` if the pictures are equal or their sizes differ.
     pub fn max_difference(&self) -> Option<MaxDifference> {
         match &self.outcome {
             Outcome::OtherSize { .. } => None,
@@ -134,7 +135,7 @@ impl Comparison {
         }
     }
 
-    /// A picture of the differences; none when the sizes differ.
+    /// Returns a picture of the differences; `None` if the sizes differ.
     ///
     /// Red pixels fail, green ones differ within the tolerance, the rest is the reference, darkened.
     pub fn difference_picture(&self) -> Option<&Picture> {
@@ -144,7 +145,7 @@ impl Comparison {
         }
     }
 
-    /// The diagnostic in words.
+    /// Returns a message that describes the result.
     pub fn message(&self) -> String {
         match &self.outcome {
             Outcome::OtherSize { reference, actual } => format!(

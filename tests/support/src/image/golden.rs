@@ -13,7 +13,7 @@ use super::comparison::{Comparison, Tolerance, compare};
 use super::picture::Picture;
 use crate::{environment, skip};
 
-/// A folder with references, and the place for what failing tests write.
+/// A folder of reference pictures, and a folder for the output of failing tests.
 #[derive(Clone, Debug)]
 pub struct GoldenFolder {
     references: PathBuf,
@@ -27,14 +27,14 @@ pub struct GoldenFolder {
 pub enum Verdict {
     /// The picture matches its reference.
     Matches(Comparison),
-    /// The picture has been made the reference.
+    /// The picture was stored as the new reference, at this path.
     Blessed(PathBuf),
-    /// The picture does not match, or there is nothing to match; what is wrong, and what to do.
+    /// The picture does not match, or has no reference; the message explains the problem and the remedy.
     Failed(String),
 }
 
 impl GoldenFolder {
-    /// The folder at a path, which is taken from the root of the workspace where it is relative.
+    /// Opens the folder at a path; relative paths begin at the root of the workspace.
     pub fn new(references: impl AsRef<Path>) -> Self {
         let lookup = &environment::process;
         Self {
@@ -44,12 +44,12 @@ impl GoldenFolder {
         }
     }
 
-    /// The path of the reference with a name.
+    /// Returns the path of the reference with a name.
     pub fn reference_path(&self, name: &str) -> PathBuf {
         self.references.join(format!("{name}.png"))
     }
 
-    /// Holds a picture against the reference of a name.
+    /// Compares a picture with the reference of this name.
     pub fn check(&self, name: &str, actual: &Picture, tolerance: &Tolerance) -> Verdict {
         let path = self.reference_path(name);
         match Picture::load(&path) {
@@ -94,15 +94,15 @@ impl GoldenFolder {
 }
 
 impl Verdict {
-    /// Whether the picture matches or has been made the reference.
+    /// Returns `true` if the picture matches or was stored as the reference.
     pub fn is_success(&self) -> bool {
         !matches!(self, Self::Failed(_))
     }
 
-    /// Fails the test unless the picture matches or has been made the reference.
+    /// Fails the test unless the picture matches or was stored as the reference.
     ///
     /// # Panics
-    /// With what is wrong and what to do, if neither is so.
+    /// If the picture does not match; the message explains the problem and the remedy.
     #[track_caller]
     pub fn expect_match(&self) {
         match self {

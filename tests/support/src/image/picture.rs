@@ -10,7 +10,7 @@ use std::fs::File;
 use std::io::{BufReader, BufWriter};
 use std::path::{Path, PathBuf};
 
-/// The meaning of the bytes of a pixel.
+/// The channels of a pixel, one byte each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Channels {
     /// One byte: grey.
@@ -34,7 +34,7 @@ impl Channels {
         }
     }
 
-    /// Whether the last byte of a pixel is its alpha.
+    /// Returns `true` if the last byte of a pixel is its alpha.
     pub fn has_alpha(self) -> bool {
         matches!(self, Self::GreyAlpha | Self::Rgba)
     }
@@ -59,7 +59,7 @@ impl Channels {
     }
 }
 
-/// An 8-bit picture, row 0 on top, rows without padding.
+/// An 8-bit picture; row 0 is at the top, and rows have no padding.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Picture {
     width: u32,
@@ -69,7 +69,7 @@ pub struct Picture {
 }
 
 impl Picture {
-    /// Makes a picture of its bytes.
+    /// Creates a picture from its bytes.
     pub fn new(width: u32, height: u32, channels: Channels, bytes: Vec<u8>) -> Result<Self, PictureError> {
         let expected = byte_count(width, height, channels);
         if expected != Some(bytes.len()) {
@@ -78,10 +78,10 @@ impl Picture {
         Ok(Self { width, height, channels, bytes })
     }
 
-    /// Makes a picture in which each pixel is the same.
+    /// Creates a picture with the same value in each pixel.
     ///
     /// # Panics
-    /// If `pixel` has not as many bytes as `channels` asks for.
+    /// If the number of bytes in `pixel` differs from that of `channels`.
     pub fn filled(width: u32, height: u32, channels: Channels, pixel: &[u8]) -> Self {
         assert_eq!(pixel.len(), channels.count(), "a pixel of {channels:?} has another number of bytes");
         let pixels = width as usize * height as usize;
@@ -108,7 +108,7 @@ impl Picture {
         }
     }
 
-    /// Writes a PNG file, and the folders above it.
+    /// Writes a PNG file, and creates missing parent folders.
     pub fn save(&self, path: &Path) -> Result<(), PictureError> {
         let open = |error| PictureError::Create { path: path.to_owned(), error };
         let encode = |error| PictureError::Encode { path: path.to_owned(), error };
@@ -124,33 +124,33 @@ impl Picture {
         writer.finish().map_err(encode)
     }
 
-    /// The number of pixels of which a channel differs from that of another picture by more than so much.
+    /// Returns the number of pixels in which some channel differs from the other picture by more than `by` levels.
     pub fn differing(&self, other: &Self, by: u8) -> usize {
         let differs = |(a, b): &([u8; 4], [u8; 4])| a.iter().zip(b).any(|(a, b)| a.abs_diff(*b) > by);
         self.rgba_pixels().zip(other.rgba_pixels()).filter(differs).count()
     }
 
-    /// Pixels in a row.
+    /// The number of pixels in a row.
     pub fn width(&self) -> u32 {
         self.width
     }
 
-    /// Rows.
+    /// The number of rows.
     pub fn height(&self) -> u32 {
         self.height
     }
 
-    /// The meaning of the bytes of a pixel.
+    /// The channels of a pixel.
     pub fn channels(&self) -> Channels {
         self.channels
     }
 
-    /// All bytes, row 0 first.
+    /// The bytes of all pixels, row 0 first.
     pub fn bytes(&self) -> &[u8] {
         &self.bytes
     }
 
-    /// The bytes of one pixel, to be changed; none outside the picture.
+    /// The bytes of one pixel, mutable; `None` outside of the picture.
     pub fn pixel_mut(&mut self, x: u32, y: u32) -> Option<&mut [u8]> {
         if x >= self.width || y >= self.height {
             return None;
@@ -160,7 +160,8 @@ impl Picture {
         self.bytes.get_mut(start..start + count)
     }
 
-    /// Each pixel as red, green, blue and alpha, row 0 first; grey is spread, a missing alpha is opaque.
+    /// The pixels as red, green, blue and alpha, row 0 first. Grey is copied to all three colors; a missing alpha is
+    /// 255.
     pub fn rgba_pixels(&self) -> impl Iterator<Item = [u8; 4]> + '_ {
         self.bytes.chunks_exact(self.channels.count()).map(|pixel| match *pixel {
             [grey] => [grey, grey, grey, 255],
@@ -176,51 +177,51 @@ fn byte_count(width: u32, height: u32, channels: Channels) -> Option<usize> {
     (width as usize).checked_mul(height as usize)?.checked_mul(channels.count())
 }
 
-/// Why a picture could not be made, read or written.
+/// The reason why a picture could not be created, read or written.
 #[derive(Debug)]
 pub enum PictureError {
-    /// The bytes do not fill the picture exactly.
+    /// The number of bytes does not match the size and channels.
     ByteCount {
-        /// Pixels in a row.
+        /// The number of pixels in a row.
         width: u32,
-        /// Rows.
+        /// The number of rows.
         height: u32,
-        /// The meaning of the bytes of a pixel.
+        /// The channels of a pixel.
         channels: Channels,
         /// The number of bytes given.
         actual: usize,
     },
     /// The file cannot be opened.
     Open {
-        /// The file.
+        /// The path of the file.
         path: PathBuf,
         /// The error of the operating system.
         error: std::io::Error,
     },
     /// The file is not a PNG, or a broken one.
     Decode {
-        /// The file.
+        /// The path of the file.
         path: PathBuf,
         /// The error of the decoder.
         error: png::DecodingError,
     },
     /// The file has more than 8 bits in a channel.
     Layout {
-        /// The file.
+        /// The path of the file.
         path: PathBuf,
-        /// The layout that the file has.
+        /// The color type and bit depth of the file.
         layout: String,
     },
-    /// The file or a folder above it cannot be created.
+    /// The file or a parent folder cannot be created.
     Create {
-        /// The file.
+        /// The path of the file.
         path: PathBuf,
         /// The error of the operating system.
         error: std::io::Error,
     },
     /// The file cannot be written.
     Encode {
-        /// The file.
+        /// The path of the file.
         path: PathBuf,
         /// The error of the encoder.
         error: png::EncodingError,
@@ -228,7 +229,7 @@ pub enum PictureError {
 }
 
 impl PictureError {
-    /// Whether the file is not there at all.
+    /// Returns `true` if the error is that the file does not exist.
     pub fn is_missing_file(&self) -> bool {
         matches!(self, Self::Open { error, .. } if error.kind() == std::io::ErrorKind::NotFound)
     }

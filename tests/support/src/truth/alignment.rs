@@ -6,11 +6,10 @@
 use super::scene::TruthScene;
 use super::score::{Answer, BandScore, Mask};
 
-/// By how much the intersection over union must grow.
+/// The minimum gain of the intersection over union for which a hint is given.
 const MARGIN: f64 = 0.005;
 
-/// A mistake in writing a picture: the flips of rows and columns that undo it, and whether answers turn into their
-/// opposite.
+/// A possible mistake in writing a picture: flipped rows or columns, or inverted values.
 struct Mistake {
     name: &'static str,
     flip_rows: bool,
@@ -25,7 +24,7 @@ const MISTAKES: [Mistake; 4] = [
     Mistake { name: "inverted", flip_rows: false, flip_columns: false, invert: true },
 ];
 
-/// The mistake whose undoing helps most, if any helps clearly.
+/// Returns the mistake whose correction improves the agreement most; `None` if no gain exceeds `MARGIN`.
 pub(super) fn alignment_hint(scene: &TruthScene, mask: &Mask, reached: Option<f64>) -> Option<&'static str> {
     let mut best = (reached.unwrap_or(0.0) + MARGIN, None);
     for mistake in &MISTAKES {
@@ -56,7 +55,8 @@ mod tests {
     use super::*;
     use crate::truth::scene::half_shadowed;
 
-    /// The truth with a shadowed corner more, so that no two mistakes look the same.
+    /// Returns the half-shadowed scene with an additional shadowed corner, so that each mistake gives a different
+    /// picture.
     fn lopsided() -> TruthScene {
         let mut scene = half_shadowed();
         for pixel in [32, 33, 34, 40, 41, 48] {

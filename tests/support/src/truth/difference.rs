@@ -7,8 +7,8 @@ use crate::image::{Channels, Picture};
 
 const NOT_EVALUATED: [u8; 3] = [60, 60, 90];
 
-/// Light grey and dark grey where both agree, red where light leaks, blue where there is acne; both pale beside a
-/// shadow edge, where disagreement is small. What does not count is slate.
+/// Returns a picture of the differences. Light and dark grey mark agreement, red light leaks, blue acne; pixels near a
+/// shadow edge are pale, unevaluated ones slate.
 pub fn difference_picture(scene: &TruthScene, picture: &Picture) -> Result<Picture, TruthError> {
     let mask = Mask::new(scene, picture)?;
     let mut bytes = Vec::with_capacity(scene.hit.len() * 3);

@@ -5,39 +5,39 @@ use std::path::PathBuf;
 
 use crate::image::PictureError;
 
-/// Why no score can be given.
+/// The reason why a picture cannot be scored.
 #[derive(Debug)]
 pub enum TruthError {
     /// A mask or a picture cannot be read.
     Picture(PictureError),
-    /// A mask of the scene is not as large as its `hit` mask.
+    /// A mask of the scene differs in size from its `hit` mask.
     MaskSize {
-        /// The mask.
+        /// The path of the mask.
         path: PathBuf,
-        /// The size of the `hit` mask.
+        /// The size of the `hit` mask, in pixels.
         expected: (u32, u32),
-        /// The size of this one.
+        /// The size of the mask at `path`, in pixels.
         actual: (u32, u32),
     },
-    /// The picture is not as large as the scene's masks.
+    /// The picture differs in size from the scene's masks.
     PictureSize {
-        /// The size of the masks.
+        /// The size of the masks, in pixels.
         expected: (u32, u32),
-        /// The size of the picture.
+        /// The size of the picture, in pixels.
         actual: (u32, u32),
     },
     /// The picture is not grey.
     NotGrey {
         /// The column of the first pixel with colour.
         x: u32,
-        /// The row of that pixel.
+        /// The row of the first pixel with colour.
         y: u32,
     },
-    /// The file with the limits cannot be read or understood.
+    /// The file with the limits cannot be read or parsed.
     Limits {
-        /// The file.
+        /// The path of the file.
         path: PathBuf,
-        /// The reason.
+        /// The description of the error.
         reason: String,
     },
 }

@@ -10,7 +10,7 @@ use std::path::Path;
 use super::error::TruthError;
 use super::score::{BandScore, Scores, SoftScore};
 
-/// The limits of one scene, sorted by name.
+/// The limits for the scores of one scene, sorted by name.
 #[derive(Clone, Debug)]
 pub struct Limits(Vec<Limit>);
 
@@ -107,7 +107,7 @@ impl Limit {
     }
 }
 
-/// Holds scores against limits; on failure lists every limit that is broken, with what was measured.
+/// Compares scores with limits. On failure, returns a message with every broken limit and its measured value.
 pub fn check(scores: &Scores, limits: &Limits) -> Result<(), String> {
     let mut broken = String::new();
     for limit in &limits.0 {

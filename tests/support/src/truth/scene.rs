@@ -11,32 +11,32 @@ use super::limits::Limits;
 use crate::image::Picture;
 use crate::{environment, skip};
 
-/// A scene and what the ray tracer says of its shadows; each mask has one value a pixel, row 0 first.
+/// A scene with its ray-traced shadow masks; each mask has one value per pixel, row 0 first.
 #[derive(Clone, Debug)]
 pub struct TruthScene {
     pub(super) name: String,
     pub(super) folder: PathBuf,
     pub(super) width: u32,
     pub(super) height: u32,
-    /// The camera ray hits geometry.
+    /// Set where the camera ray hits geometry.
     pub(super) hit: Vec<bool>,
-    /// The light is visible.
+    /// Set where the light is visible.
     pub(super) lit: Vec<bool>,
-    /// The pixel counts.
+    /// Set for pixels that count in the scores.
     pub(super) evaluated: Vec<bool>,
-    /// The pixel belongs to the bands 0 to this one.
+    /// The highest band that the pixel belongs to; it also belongs to all lower bands.
     pub(super) band: Vec<u8>,
-    /// Something very near shadows the pixel; empty where the scene has no such mask.
+    /// Set where a very near occluder casts the shadow; empty if the scene has no contact mask.
     pub(super) contact: Vec<bool>,
-    /// The part of a light with an extent that is visible, 255 for all; empty where the scene has no such mask.
+    /// The visible fraction of an area light, 255 for all of it; empty if the scene has no such mask.
     pub(super) soft: Vec<u8>,
 }
 
 impl TruthScene {
-    /// Finds a scene; none, announced and counted, where this machine has no truth.
+    /// Finds a scene. Returns `None`, and counts the test as skipped, if this machine has no ray-traced reference data.
     ///
     /// # Panics
-    /// If the truth is there, or was named by `UMBRAGRAPH_TRUTH`, and the scene cannot be read from it.
+    /// If the data exists, or `UMBRAGRAPH_TRUTH` is set, and the scene cannot be read.
     #[must_use]
     pub fn find(name: &str) -> Option<Self> {
         let (folder, named) = truth_folder(&environment::process);
@@ -87,28 +87,28 @@ impl TruthScene {
         &self.name
     }
 
-    /// The scene as a glTF binary.
+    /// The path of the scene as a glTF binary.
     pub fn glb_path(&self) -> PathBuf {
         self.folder.join(format!("{}.glb", self.name))
     }
 
-    /// Pixels in a row and rows of the masks; a picture must have the same.
+    /// The width and height of the masks in pixels; a scored picture must have the same size.
     pub fn size(&self) -> (u32, u32) {
         (self.width, self.height)
     }
 
-    /// The scores that a good implementation of hard shadows reaches on this scene.
+    /// Loads the limits that a good implementation of hard shadows meets on this scene.
     pub fn hard_limits(&self) -> Result<Limits, TruthError> {
         Limits::load(&self.folder.join("limits_hard.json"), &self.name)
     }
 
-    /// The scores that a good implementation of soft shadows reaches on this scene.
+    /// Loads the limits that a good implementation of soft shadows meets on this scene.
     pub fn soft_limits(&self) -> Result<Limits, TruthError> {
         Limits::load(&self.folder.join("limits_soft.json"), &self.name)
     }
 }
 
-/// The folder with the truth, and whether it was named.
+/// Returns the folder with the ray-traced data, and `true` if the environment variable names it.
 fn truth_folder(lookup: environment::Lookup<'_>) -> (PathBuf, bool) {
     match lookup(environment::TRUTH) {
         Some(folder) if !folder.is_empty() => (environment::workspace_root().join(folder), true),
@@ -120,7 +120,7 @@ fn first_channel(picture: &Picture) -> Vec<u8> {
     picture.rgba_pixels().map(|pixel| pixel[0]).collect()
 }
 
-/// An 8x8 scene, all hit and evaluated, whose four rows at the top are shadowed.
+/// Returns a scene of 8 by 8 evaluated pixels whose top four rows are in shadow.
 #[cfg(test)]
 pub(super) fn half_shadowed() -> TruthScene {
     let rows = || (0..64).map(|pixel| pixel / 8);

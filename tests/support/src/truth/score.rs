@@ -21,44 +21,46 @@ use super::error::TruthError;
 use super::scene::TruthScene;
 use crate::image::Picture;
 
-/// The bands for which scores are given.
+/// The bands for which scores are given: band `k` contains the pixels at least `k` pixels from a shadow edge.
 pub const BANDS: [u8; 4] = [0, 1, 2, 4];
 
-/// The answers for the pixels of one band, counted.
+/// The numbers of pixels in one band, by agreement with the ray-traced reference.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct BandScore {
-    /// Shadowed in the truth and in the picture.
+    /// Pixels in shadow in the reference and in the picture.
     pub shadowed_in_both: u64,
-    /// Shadowed in the truth, lit in the picture: light leaks.
+    /// Pixels in shadow in the reference but lit in the picture: light leaks.
     pub leaking: u64,
-    /// Lit in the truth, shadowed in the picture: acne.
+    /// Pixels lit in the reference but in shadow in the picture: shadow acne.
     pub acne: u64,
-    /// Lit in both.
+    /// Pixels lit in the reference and in the picture.
     pub lit_in_both: u64,
 }
 
 impl BandScore {
-    /// Pixels shadowed in both, of those shadowed in either.
+    /// Pixels in shadow in reference and picture, divided by pixels in shadow in at least one of them.
+    ///
+    /// `None` if no pixel is in shadow.
     pub fn intersection_over_union(&self) -> Option<f64> {
         ratio(self.shadowed_in_both, self.shadowed_in_both + self.leaking + self.acne)
     }
 
-    /// Pixels shadowed in both, of those shadowed in the picture.
+    /// Pixels in shadow in reference and picture, divided by all in shadow in the picture; `None` if divided by 0.
     pub fn precision(&self) -> Option<f64> {
         ratio(self.shadowed_in_both, self.shadowed_in_both + self.acne)
     }
 
-    /// Pixels shadowed in both, of those shadowed in the truth.
+    /// Pixels in shadow in reference and picture, divided by all in shadow in the reference; `None` if divided by 0.
     pub fn recall(&self) -> Option<f64> {
         ratio(self.shadowed_in_both, self.shadowed_in_both + self.leaking)
     }
 
-    /// Pixels lit wrongly, of those shadowed in the truth.
+    /// Pixels wrongly lit, divided by all pixels in shadow in the reference; `None` if the divisor is 0.
     pub fn leak(&self) -> Option<f64> {
         ratio(self.leaking, self.shadowed_in_both + self.leaking)
     }
 
-    /// Pixels shadowed wrongly, of those lit in the truth.
+    /// Pixels wrongly in shadow, divided by all pixels lit in the reference; `None` if the divisor is 0.
     pub fn acne(&self) -> Option<f64> {
         ratio(self.acne, self.acne + self.lit_in_both)
     }
@@ -78,50 +80,50 @@ impl BandScore {
     }
 }
 
-/// The error of a picture against the visible part of a light with an extent, 0 to 1.
+/// The errors of a picture against the ray-traced visible fraction of an area light, from 0 to 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SoftScore {
-    /// The mean error.
+    /// The mean absolute error.
     pub mean_error: f64,
-    /// The mean error in the penumbra, if there is one.
+    /// The mean absolute error in the penumbra; `None` if there is no penumbra.
     pub in_penumbra: Option<f64>,
-    /// The mean error elsewhere.
+    /// The mean absolute error outside of the penumbra; `None` if there are no such pixels.
     pub outside_penumbra: Option<f64>,
-    /// The mean difference: above zero where the picture is too light.
+    /// The mean signed difference: positive if the picture is too bright.
     pub bias: f64,
 }
 
 /// All scores of one picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scores {
-    /// Pixels that hit geometry in both, of those that do in the truth.
+    /// Pixels that hit geometry in reference and picture, divided by those in the reference; `None` if there are none.
     pub both_hit: Option<f64>,
-    /// Pixels that hit geometry in the picture only.
+    /// The number of pixels that hit geometry only in the picture.
     pub hit_in_picture_only: u64,
-    /// The scores for each of the [`BANDS`], in their order.
+    /// The scores for each of the [`BANDS`], in the same order.
     pub bands: [BandScore; BANDS.len()],
-    /// The scores over the pixels that something very near shadows; none where the scene has no such mask.
+    /// The scores over contact shadow pixels; `None` if the scene has no contact mask.
     pub contact: Option<BandScore>,
-    /// The errors against a light with an extent; none where the scene has no such mask.
+    /// The errors against an area light; `None` if the scene has no mask for it.
     pub soft: Option<SoftScore>,
-    /// A transform that would make the picture agree much better, such as turning it upside down; a hint, never a
-    /// verdict.
+    /// A mistake, such as an upside-down picture, whose correction would improve the score much; a hint that does not
+    /// affect the result.
     pub alignment_hint: Option<&'static str>,
 }
 
 impl Scores {
-    /// The scores of a band; none if it is not one of the [`BANDS`].
+    /// Returns the scores of a band; `None` if it is not one of the [`BANDS`].
     pub fn band(&self, band: u8) -> Option<&BandScore> {
         BANDS.iter().position(|&candidate| candidate == band).map(|index| &self.bands[index])
     }
 
-    /// Leak over the pixels that something very near shadows.
+    /// The light leak over contact shadow pixels; `None` if there are none.
     pub fn contact_leak(&self) -> Option<f64> {
         self.contact.and_then(|contact| contact.leak())
     }
 }
 
-/// The answer of a pixel, compared with the truth.
+/// The result of comparing a pixel with the ray-traced reference.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Answer {
     ShadowedInBoth,
@@ -141,13 +143,13 @@ impl Answer {
     }
 }
 
-/// The hits and the shadows that a picture shows, pixel by pixel.
+/// The hits and shadows in a rendered picture, one value per pixel.
 pub(super) struct Mask {
     pub(super) hit: Vec<bool>,
     pub(super) shadowed: Vec<bool>,
 }
 
-/// Scores a picture of raw visibility, 255 lit and 0 shadowed, seen by the camera of the scene.
+/// Scores a picture of raw visibility (255 is lit, 0 is in shadow), rendered with the scene's camera.
 pub fn evaluate(scene: &TruthScene, picture: &Picture) -> Result<Scores, TruthError> {
     let mask = Mask::new(scene, picture)?;
     let pixels = 0..scene.hit.len();

@@ -21,7 +21,7 @@ use umbragraph_text::language::{Expr, Ref, TextureShape, Word};
 pub enum Bind {
     /// A texture, a buffer or blackboard data: a reference such as "&maps" or "&maps@blur".
     Name(Ref),
-    /// Anything else.
+    /// An object, for every value that needs more than a reference.
     Object(BindObject),
 }
 
@@ -37,33 +37,33 @@ pub enum BindObject {
     Sampler(SamplerBind),
     /// The members of a uniform block, each with an expression.
     Values(ValuesBind),
-    /// The members of a uniform block at given offsets, each with an expression.
+    /// The members of a uniform block at given byte offsets, each with an expression.
     Block(BlockBind),
-    /// Blackboard data, and expressions for members of the block that it does not publish.
+    /// Blackboard data, and expressions for members of the block that the data does not publish.
     Data(DataBind),
 }
 
 /// Expressions by the names of a block's members.
 pub type ValuesBind = BTreeMap<String, Expr>;
 
-/// The members of a uniform block, and where in it they have to lie.
+/// The members of a uniform block, with the byte offsets that they must have.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BlockBind {
     /// Expressions by the names of members.
     pub values: ValuesBind,
-    /// The first byte of members, by their names. Where the shader has one elsewhere, the diagnostic says by which
-    /// "@size" it is moved.
+    /// The first bytes of members, by name (unit: bytes). If the shader has a member elsewhere, the diagnostic names
+    /// the "@size" that moves it.
     pub offsets: BTreeMap<String, u32>,
 }
 
-/// Blackboard data, and expressions for members of the block that it does not publish.
+/// Blackboard data, and expressions for members of the block that the data does not publish.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DataBind {
     /// The blackboard data.
     pub name: Ref,
-    /// Expressions by the names of members; they go before what the data publishes.
+    /// Expressions by the names of members; they take precedence over values that the data publishes.
     #[serde(default)]
     pub values: ValuesBind,
 }
@@ -77,22 +77,22 @@ pub struct TextureBind {
     /// The subresource range.
     #[serde(flatten)]
     pub range: SubresourceRangeSettings,
-    /// The format in which the shader sees it, where it is not its own: the same with or without "-srgb".
+    /// The format in which the shader reads the texture, if not the texture's own: the same with or without "-srgb".
     pub format: Option<String>,
-    /// The view dimension; without it as the shader declares it.
+    /// The view dimension; without it, the one that the shader declares.
     pub view_dimension: Option<TextureShape>,
-    /// The need of a written texture for earlier contents: "discard" if the shader writes all texels. Without it a
-    /// texture that is only written counts as written, but not to the last texel.
+    /// The need of a written texture for earlier contents: "discard" if the shader writes all texels. Without it, a
+    /// texture that is only written may be written in part.
     pub contents: Option<Word<Contents>>,
 }
 
-/// Whether an access that writes needs what was there.
+/// Whether a writing access needs earlier contents.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Contents {
-    /// It does: what it does not write stays.
+    /// Earlier contents are kept where nothing is written.
     Load,
-    /// It does not: all of it is written.
+    /// All of the contents are written; earlier contents are not needed.
     Discard,
 }
 
@@ -102,11 +102,11 @@ pub enum Contents {
 pub struct BufferBind {
     /// The buffer: a reference.
     pub name: Ref,
-    /// The first byte (unit: bytes); 0 without it.
+    /// The first byte of the range (unit: bytes); 0 without it.
     pub offset: Option<Expr>,
-    /// The number of bytes (unit: bytes); all without it.
+    /// The size of the range (unit: bytes); all of the buffer without it.
     pub size: Option<Expr>,
-    /// The need of a written buffer for earlier contents; "load" without it, "discard" if the shader writes all bytes
+    /// The need of a written buffer for earlier contents: "load" without it, "discard" if the shader writes all bytes
     /// and reads none before.
     pub contents: Option<Word<Contents>>,
 }
@@ -115,13 +115,13 @@ pub struct BufferBind {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SamplerBind {
-    /// Whether texels are mixed; "linear" without it.
+    /// The filter between texels; without it "linear", or "nearest" for a non-filtering sampler.
     pub filter: Option<Word<Filter>>,
     /// The address mode; "clamp-to-edge" without it.
     pub address: Option<Word<Address>>,
-    /// For a comparison sampler: which reference values pass against a texel.
+    /// For a comparison sampler: the comparison of reference values with texels.
     pub compare: Option<Word<Compare>>,
-    /// The maximum number of samples of a texture that is seen at a slant (1 to 16); 1 without it.
+    /// The maximum anisotropy (1 to 16): samples of a texture that is viewed at a slant; 1 without it.
     pub max_anisotropy: Option<Expr>,
     /// The minimum level of detail (unit: mip levels); 0 without it.
     pub lod_min_clamp: Option<Expr>,
@@ -129,8 +129,8 @@ pub struct SamplerBind {
     pub lod_max_clamp: Option<Expr>,
 }
 
-/// The layout of blackboard data, or of the view, in the block that it is bound to, or why it does not fit; `None` if
-/// none is bound.
+/// Returns the layout of blackboard data, or of the view, in the block that a slot binds it to. An error lists the
+/// members that do not fit. `None` if the slot binds neither, or if the data is not published.
 pub(crate) fn block_layout(
     program: &Program,
     slot: &BoundSlot,
@@ -149,12 +149,13 @@ pub(crate) fn block_layout(
 }
 
 impl TypedPipeline {
-    /// The layout of blackboard data, or of the view, in the block that it is bound to.
+    /// Returns the layout of blackboard data, or of the view, in the block that a slot binds it to. `None` if the slot
+    /// binds neither, or if a member does not fit.
     pub fn block_layout(&self, program: &Program, slot: &BoundSlot) -> Option<BlockLayout> {
         block_layout(program, slot, &self.resources)?.ok()
     }
 
-    /// The bytes of a block that the module fills.
+    /// The size in bytes of a block that the executor fills from a slot; `None` for other bindings.
     pub fn block_bytes(&self, program: &Program, slot: &BoundSlot) -> Option<u32> {
         match &slot.source {
             SlotSource::Values(values) => Some(values.layout.size()),
@@ -165,13 +166,13 @@ impl TypedPipeline {
 
 /// Matches the members of a block with published values by name.
 ///
-/// A member takes a value of exactly its type. An array of scalars also fills a vector of as many components, or an
-/// array of `vec4` (whose last may be filled in part), since uniform blocks cannot hold arrays of scalars. Of an array
-/// of structs each member takes an array of its own, published as "array.member". Members that `values` names are
-/// filled otherwise.
+/// A member takes a value of exactly its type. An array of scalars also fills a vector of as many components, since
+/// uniform blocks cannot hold arrays of scalars. It also fills an array of `vec4`, whose last element may be filled in
+/// part. Each member of an array of structs takes an array of its own, published as "array.member". Members that
+/// `values` names are skipped.
 ///
 /// # Errors
-/// A sentence for each member that no value fits.
+/// Returns a message for each member that no value fits.
 fn match_block(
     block: &TypeLayout,
     shape: &DataShape,
@@ -218,7 +219,8 @@ fn match_block(
     if errors.is_empty() { Ok(BlockLayout { size, runs }) } else { Err(errors) }
 }
 
-/// The members, and for an array of structs each member of the struct as an array of its own, named "array.member".
+/// Returns the members of a struct. An array of structs becomes an array for each member of its struct, named
+/// "array.member".
 fn flattened(members: &[Member]) -> Vec<Member> {
     let mut all = Vec::with_capacity(members.len());
     for member in members {
@@ -243,8 +245,8 @@ fn flattened(members: &[Member]) -> Vec<Member> {
     all
 }
 
-/// The words of a value in a member at a byte offset: (first word, words, byte offset) each; `None` if the types do not
-/// fit.
+/// Returns the runs of 32-bit words that copy a value to a member at a byte offset: first word, number of words and
+/// byte offset of each run. `None` if the types do not fit.
 pub fn member_runs(layout: &TypeLayout, value: ValueType, offset: u32) -> Option<Vec<(u32, u32, u32)>> {
     let mut runs = Vec::new();
     if let TypeLayout::Array { element, count, stride } = layout {
@@ -307,7 +309,7 @@ fn push_element(
     }
 }
 
-/// The value type of a scalar, vector or matrix of 32-bit components.
+/// The value type of a scalar, vector or matrix of 32-bit components; `None` for all other types.
 pub fn element_type(layout: &TypeLayout) -> Option<ValueType> {
     let component = |scalar: &Scalar| match (scalar.kind, scalar.width) {
         (ScalarKind::Float, 4) => Some(Component::F32),

@@ -11,7 +11,7 @@ use umbragraph_text::diagnostic::{Diagnostic, codes};
 use umbragraph_text::language::Ref;
 
 impl PassBuilder<'_> {
-    /// Names the data that this pass publishes.
+    /// Declares the blackboard data that the pass publishes under the name `to`; returns `None` after a diagnostic.
     pub fn publish(&mut self, to: &Ref, pointer: &str, shape: DataShape) -> Option<Subresource> {
         let place = self.place(pointer);
         let at = self.absolute(pointer);
@@ -41,7 +41,7 @@ impl PassBuilder<'_> {
         None
     }
 
-    /// Reads blackboard data that another pass publishes.
+    /// Declares that the pass reads blackboard data that another pass publishes; returns `None` after a diagnostic.
     pub fn data(&mut self, reference: &Ref, pointer: &str) -> Option<Subresource> {
         let place = self.place(pointer);
         let at = self.absolute(pointer);
@@ -60,8 +60,8 @@ impl PassBuilder<'_> {
         Some(self.subresource(handle, SubresourceRange::WHOLE, Version::Newest, pointer))
     }
 
-    /// Reads blackboard data that has to publish certain values: of an array the type of the elements counts, not their
-    /// number.
+    /// Declares that the pass reads blackboard data that must publish certain values. For an array, the type of the
+    /// elements is compared, but not their number. Returns `None` after a diagnostic.
     pub fn data_with(
         &mut self,
         reference: &Ref,

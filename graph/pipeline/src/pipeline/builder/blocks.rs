@@ -12,7 +12,8 @@ use umbragraph_text::document;
 use umbragraph_text::language::Expr;
 
 impl PassBuilder<'_> {
-    /// Expressions for the members of a block: for all of them, or for those that other values leave.
+    /// Parses the expressions for members of a block; returns `None` after a diagnostic. If `all` is false, members
+    /// without an expression are allowed.
     pub(super) fn block_values(
         &mut self,
         program: &Program,

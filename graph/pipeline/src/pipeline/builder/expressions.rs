@@ -44,8 +44,8 @@ impl Evaluate for PassBuilder<'_> {
 }
 
 impl PassBuilder<'_> {
-    /// Evaluates settings of a CPU node that are live: what they follow from can change from frame to frame, and they
-    /// are given to [`update`](crate::work::CpuNode::update) then.
+    /// Evaluates settings of a CPU node as live settings, which can change from frame to frame. The node receives
+    /// changed values in [`update`](crate::work::CpuNode::update).
     pub fn live<T>(&mut self, evaluate: impl FnOnce(&mut Self) -> T) -> T {
         let outer = std::mem::replace(&mut self.is_live, true);
         let result = evaluate(self);
@@ -53,7 +53,7 @@ impl PassBuilder<'_> {
         result
     }
 
-    /// A value that can change from frame to frame.
+    /// Evaluates an expression whose value can change from frame to frame; returns `None` after a diagnostic.
     pub fn live_value<T: LiveValue>(&mut self, expr: &Expr, pointer: &str) -> Option<Live<T>> {
         let evaluated = self.parse(expr).and_then(|expression| {
             let closed = self.closed(&expression);
@@ -65,7 +65,8 @@ impl PassBuilder<'_> {
         Some(Live { value: self.judged(&value, pointer)?, setting })
     }
 
-    /// An expression that may name sizes too, and that can change from frame to frame.
+    /// Parses an expression that may name resource sizes and can change from frame to frame; returns `None` after a
+    /// diagnostic.
     pub fn live_deferred(&mut self, expr: &Expr, pointer: &str) -> Option<Live<Deferred>> {
         let value = self.live(|pass| pass.deferred(expr, pointer))?;
         let is_live = self.shared.dependence.any(names(&value.expression));
@@ -73,7 +74,7 @@ impl PassBuilder<'_> {
         Some(Live { value, setting })
     }
 
-    /// Evaluates settings that are not, among those that are: something follows from them that is made once.
+    /// Evaluates settings as structural, also within [`Self::live`]: a change of their values needs a new plan.
     pub fn structural<T>(&mut self, evaluate: impl FnOnce(&mut Self) -> T) -> T {
         let outer = std::mem::take(&mut self.is_live);
         let result = evaluate(self);
@@ -81,7 +82,7 @@ impl PassBuilder<'_> {
         result
     }
 
-    /// An expression that may name sizes too; it is evaluated when they are known.
+    /// Parses an expression that may name resource sizes; it is evaluated once these are known.
     pub fn deferred(&mut self, expr: &Expr, pointer: &str) -> Option<Deferred> {
         let parsed = self.parse(expr).and_then(|expression| {
             self.environment.check_words(&expression, &self.shared.scope)?;
@@ -129,12 +130,12 @@ impl PassBuilder<'_> {
         self.environment.evaluate(expression, &|name| shared.find(name).is_some(), &shared.scope)
     }
 
-    /// An expression over the names of the pipeline, with those that follow from live parameters.
+    /// Rewrites an expression to names outside of subgraphs. Names that follow from live parameters stay names.
     fn closed(&self, expression: &Expression) -> Expression {
         self.environment.close_live(expression, &|name| self.shared.find(name).is_some())
     }
 
-    /// Adds a live setting, unless it is there; its position.
+    /// Adds a live setting unless it is already listed, and returns its index.
     fn add_live(
         &mut self,
         expression: Expression,
@@ -150,7 +151,7 @@ impl PassBuilder<'_> {
         self.live.len() - 1
     }
 
-    /// Makes structural what an expression follows from, because of a setting.
+    /// Marks the parameters that an expression depends on as structural, because of the setting at `pointer`.
     pub(super) fn fix(&mut self, expression: &Expression, pointer: &str) {
         let (settings, above) = (self.settings, &self.pointer);
         let at = || Structural { place: settings.nearest(pointer).span, pointer: [above, pointer].concat() };
@@ -191,7 +192,8 @@ impl PassBuilder<'_> {
 }
 
 impl PassBuilder<'_> {
-    /// Reports that a name is an input which stands for nothing, where it is one.
+    /// Reports a name that is an input of a subgraph and stands for no resource. Returns `true` if the name is such an
+    /// input.
     pub(super) fn report_argument_error(&mut self, name: &str) -> bool {
         let resources = self.shared.resources.iter().map(|resource| resource.name.as_str());
         let diagnostic = self.environment.argument_error(name, resources);

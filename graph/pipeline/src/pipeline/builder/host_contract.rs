@@ -13,10 +13,10 @@ use umbragraph_shaders::{Member, TypeLayout, VertexInput};
 use umbragraph_text::diagnostic::{codes, suggested_name};
 use umbragraph_text::language::{GeometryDeclaration, HostBinding};
 
-/// A message, and the way out.
+/// A message, and the help for it.
 type Misfit = (String, String);
 
-/// Checks a program against a contract; reports, and says whether it fits.
+/// Checks a program against a geometry contract and reports what does not fit. Returns `true` if all fits.
 pub(crate) fn check(pass: &mut PassBuilder<'_>, geometry: &str, program: &Program, pointer: &str) -> bool {
     let Some(contract) = pass.shared.geometry.get(geometry) else { return false };
     let mut misfits = vertex_misfits(geometry, contract, program);
@@ -113,7 +113,7 @@ fn binding_misfits(geometry: &str, contract: &GeometryDeclaration, program: &Pro
 
 type Members<'a> = (&'a std::collections::BTreeMap<String, String>, &'a [Member]);
 
-/// The members that are provided, and those that are wanted, where both are of a block or both of an array's element.
+/// The provided and the wanted members, if both are of a block or both of an array's element; `None` otherwise.
 fn members_of<'a>(provided: &'a HostBinding, layout: &'a TypeLayout) -> Option<Members<'a>> {
     match (provided, layout) {
         (HostBinding::Block(members), TypeLayout::Struct { members: wanted, .. }) => Some((members, wanted)),
@@ -132,7 +132,7 @@ fn suggestion<'a>(name: &str, known: impl Iterator<Item = &'a String>, section: 
     }
 }
 
-/// A vertex format by its WebGPU name.
+/// Parses a vertex format by its WebGPU name; `None` if there is no such format.
 pub(crate) fn parse_format(name: &str) -> Option<wgpu_types::VertexFormat> {
     serde_json::from_value(name.into()).ok()
 }
@@ -141,8 +141,9 @@ pub(crate) fn format_name(format: wgpu_types::VertexFormat) -> String {
     serde_json::to_value(format).ok().and_then(|name| name.as_str().map(str::to_owned)).unwrap_or_default()
 }
 
-/// Whether a buffer of format `have` can feed a shader input whose natural format is `want`: the same component type
-/// in the shader. A missing component is filled with 0 (alpha: 1), a surplus one is dropped, as WebGPU has it.
+/// Returns `true` if a vertex buffer of format `have` can feed a shader input whose natural format is `want`. Both must
+/// have the same component type in the shader. WebGPU fills missing components with 0 (alpha: 1) and drops surplus
+/// ones.
 pub(crate) fn compatible(have: wgpu_types::VertexFormat, want: wgpu_types::VertexFormat) -> bool {
     let class = |format: wgpu_types::VertexFormat| {
         let name = format_name(format);
@@ -157,7 +158,7 @@ pub(crate) fn compatible(have: wgpu_types::VertexFormat, want: wgpu_types::Verte
     class(have) == class(want)
 }
 
-/// The formats of vertex attributes by name, sorted, for what a misspelt one was meant to be.
+/// The names of all vertex formats, sorted, for suggestions where a name is misspelt.
 pub(crate) fn vertex_formats() -> Vec<String> {
     let kinds = ["float", "sint", "snorm", "uint", "unorm"].into_iter();
     let sized =

@@ -28,39 +28,39 @@ use umbragraph_text::diagnostic::{Code, Diagnostic, codes, list_of};
 use umbragraph_text::document;
 use umbragraph_text::source::Span;
 
-/// Declares one pass.
+/// Declares one pass: a node kind reads its settings through this builder.
 pub struct PassBuilder<'a> {
     pub(crate) shared: &'a mut Shared,
     pub(crate) name: &'a str,
     pub(crate) settings: &'a document::Value,
-    /// The pointer of the settings in the document.
+    /// The JSON pointer of the settings in the document.
     pub(crate) pointer: String,
     pub(crate) environment: &'a Environment,
     /// The axes of the pass's template that may have another value in another configuration.
     pub(crate) open_axes: BTreeSet<String>,
-    /// Whether a CPU node takes over the settings that are evaluated now.
+    /// Whether the settings that are evaluated now are live settings of a CPU node.
     pub(crate) is_live: bool,
     /// The live settings so far.
     pub(crate) live: Vec<LiveSetting>,
 }
 
-/// The proof that a pass said what it does; made by [`PassBuilder::produce`].
+/// The finished declaration of a pass; made by [`PassBuilder::produce`].
 #[derive(Debug)]
 pub struct Produced(pub(crate) Work);
 
 impl PassBuilder<'_> {
-    /// The pass's name.
+    /// The name of the pass.
     pub fn name(&self) -> &str {
         self.name
     }
 
-    /// The place of a setting; for one that is not written, the object that lacks it.
+    /// The place of a setting in the document; for a missing setting, the place of the object that lacks it.
     pub fn place(&self, pointer: &str) -> Span {
         self.settings.nearest(pointer).span
     }
 
-    /// Reports a name that is none of `known`: as a value, or as a key of an object, at a setting. The help is what was
-    /// probably meant, or else `otherwise`; where the name is written there as it is, that is a fix too.
+    /// Reports a name that is not among `known`, as the value of a setting or as a key of an object. The help suggests
+    /// a similar name, or else is `otherwise`. A suggestion is also a fix if the name is written literally.
     pub(crate) fn report_unknown(
         &mut self,
         code: Code,
@@ -93,7 +93,8 @@ impl PassBuilder<'_> {
         self.shared.diagnostics.push(diagnostic);
     }
 
-    /// Finishes the pass, unless it writes an earlier frame.
+    /// Finishes the declaration with the work of the pass. Returns `None` after a diagnostic if the work writes an
+    /// earlier frame of a history.
     pub fn produce(&mut self, work: Work) -> Option<Produced> {
         for (named, usage) in work.accesses() {
             let name = match self.shared.resources.get(named.resource.index()) {
@@ -110,7 +111,7 @@ impl PassBuilder<'_> {
         Some(Produced(work))
     }
 
-    /// The geometry contract of a name.
+    /// Checks that there is a geometry contract with this name; returns `None` after a diagnostic.
     pub fn geometry(&mut self, name: &str, pointer: &str) -> Option<()> {
         if self.shared.geometry.contains_key(name) {
             return Some(());
@@ -127,7 +128,7 @@ impl PassBuilder<'_> {
         None
     }
 
-    /// The filter of draws of a geometry, where a host of it states those that it knows.
+    /// Reports a draw filter that the host of a geometry does not know, if that host lists its filters.
     pub fn filter(&mut self, geometry: &str, name: &str, pointer: &str) {
         let Some(known) = self.shared.filters.get(geometry).cloned() else { return };
         if known.iter().any(|filter| filter == name) {

@@ -2,7 +2,7 @@
 //!
 //! A block of values is laid out by the struct of the shader. For who has a layout given from elsewhere (push constants
 //! of an engine that is ported), the struct that has it is written out, with `@size` of the member before each gap.
-//! Members without an offset follow behind those that have one.
+//! Members without an offset follow those that have one.
 
 use std::collections::BTreeMap;
 
@@ -14,7 +14,7 @@ use umbragraph_text::diagnostic::{codes, list_of, suggested_name};
 use umbragraph_text::document;
 
 impl PassBuilder<'_> {
-    /// Holds the members of a block to offsets; `None` after a diagnostic.
+    /// Checks that the members of a block lie at the declared byte offsets; returns `None` after a diagnostic.
     pub(super) fn block_offsets(
         &mut self,
         program: &Program,
@@ -85,7 +85,7 @@ impl PassBuilder<'_> {
     }
 }
 
-/// The WGSL of a struct whose members lie at given, ascending offsets, with padding between them.
+/// The WGSL source of a struct whose members lie at given, ascending byte offsets, with padding between them.
 fn laid_out(name: &str, members: &[Member], placed: &[(&Member, u32)]) -> String {
     let mut written = Vec::new();
     if let Some((_, first @ 1..)) = placed.first() {

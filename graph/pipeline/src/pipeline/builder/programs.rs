@@ -15,14 +15,14 @@ use umbragraph_text::expression::{ExpressionKind, Scope as _, Value};
 use umbragraph_text::language::Expr;
 
 impl PassBuilder<'_> {
-    /// Whether a full-screen pass with a program is certain to write every texel of what it is drawn to.
+    /// Returns `true` if a full-screen pass with this program is certain to write every texel of its targets.
     pub fn covers(&self, program: ProgramHandle) -> bool {
         self.shared.programs.list[program.index()].covers()
     }
 
-    /// The program of a template. Its axes are what `axes` says, else the feature or parameter of the same name, else
-    /// their defaults; `geometry` names the contract whose mesh properties are axes too. Where a stage has several
-    /// entry points, `entry_points` names the one that is meant.
+    /// Returns the program of a template, or `None` after a diagnostic. An axis takes its value from `axes`, else from
+    /// the feature or parameter of the same name, else its default. `geometry` names the contract whose mesh properties
+    /// are axes too. `entry_points` names the entry point of each stage that has several.
     pub fn program(
         &mut self,
         template: &str,
@@ -114,8 +114,8 @@ impl PassBuilder<'_> {
         Some(program)
     }
 
-    /// The axes of a program that have the same value in every configuration: what the pass says as a literal, and
-    /// the default where neither the pass nor the pipeline says anything.
+    /// The axis values of a program that are the same in every configuration: literals in the pass, and defaults of
+    /// axes that neither the pass nor the pipeline sets.
     pub(super) fn fixed_axes(&self, program: &Program) -> AxisValues {
         let known = self.shared.programs.shaders.templates().axes(&program.template);
         let mut values = known.map(Axes::defaults).unwrap_or_default();
@@ -124,7 +124,7 @@ impl PassBuilder<'_> {
         values
     }
 
-    /// Reports a value that is none of its axis.
+    /// Reports a value that an axis does not have.
     fn axis_value_error(&mut self, template: &str, axis: &Axis, value: &AxisValue, pointer: &str) {
         let message = format!("\"{value}\" is not a value of the axis \"{}\" of {template}", axis.name);
         let known: &[String] = match &axis.kind {
@@ -152,7 +152,7 @@ impl PassBuilder<'_> {
         self.shared.diagnostics.push(diagnostic);
     }
 
-    /// Finds entry points that a variant of a program does not have.
+    /// Checks that every variant of a program has the named entry points; returns `None` after a diagnostic.
     fn check_entry_points(
         &mut self,
         program: ProgramHandle,
@@ -179,7 +179,7 @@ impl PassBuilder<'_> {
     }
 }
 
-/// The value that an axis takes of what an expression yields.
+/// Converts the value of an expression to an axis value; `None` for a fraction, a list or a reference.
 pub fn axis_value(value: &Value) -> Option<AxisValue> {
     match value {
         Value::Bool(value) => Some(AxisValue::Bool(*value)),

@@ -10,7 +10,7 @@ use umbragraph_text::diagnostic::{Diagnostic, codes};
 use umbragraph_text::language::{Expr, Ref, Reference, parse_format};
 
 impl PassBuilder<'_> {
-    /// A subresource range of a texture that a reference names.
+    /// Resolves a reference to a subresource range of a texture; returns `None` after a diagnostic.
     pub fn texture(
         &mut self,
         reference: &Ref,
@@ -24,23 +24,23 @@ impl PassBuilder<'_> {
         Some(self.subresource(handle, range, version, pointer))
     }
 
-    /// A declared texture of which only the size is wanted.
+    /// Resolves a reference to a texture of which only the size is used; returns `None` after a diagnostic.
     pub fn declared_texture(&mut self, reference: &Ref, pointer: &str) -> Option<ResourceHandle> {
         let whole = SubresourceRange::WHOLE;
         self.texture(reference, whole, pointer).map(|texture| texture.resource)
     }
 
-    /// Whether a reference names a buffer.
+    /// Returns `true` if a reference names a buffer.
     pub fn is_buffer(&self, reference: &Ref) -> bool {
         self.named(reference).is_some_and(|resource| matches!(resource.kind, ResourceKind::Buffer(_)))
     }
 
-    /// Whether a reference names a texture.
+    /// Returns `true` if a reference names a texture.
     pub fn is_texture(&self, reference: &Ref) -> bool {
         self.named(reference).is_some_and(|resource| resource.texture().is_some())
     }
 
-    /// The bytes of a buffer that a reference names, if its declaration has a number.
+    /// The declared size in bytes of a buffer; `None` unless the declaration has a literal number.
     pub fn declared_bytes(&self, reference: &Ref) -> Option<u64> {
         match &self.named(reference)?.kind {
             ResourceKind::Buffer(buffer) => buffer.size.0.as_u64(),
@@ -48,8 +48,8 @@ impl PassBuilder<'_> {
         }
     }
 
-    /// The bytes that texels of a texture have in a buffer, if numbers of its declaration say so and no bytes are left
-    /// between their rows.
+    /// The number of bytes that the texels of a region take in a buffer. `None` unless the declared sizes are literal
+    /// numbers and rows need no padding.
     pub fn bytes_of_full_rows(&self, region: &TextureRegion) -> Option<u64> {
         let (range, mip_levels) = (region.texture.range, region.mip());
         let texture = self.shared.resources[region.texture.resource.index()].texture()?;
@@ -81,14 +81,14 @@ impl PassBuilder<'_> {
         Some(all)
     }
 
-    /// The resource that a reference names.
+    /// The resource that a reference names; `None` if there is none.
     fn named(&self, reference: &Ref) -> Option<&Resource> {
         let outside = self.environment.refer(&reference.0, &self.shared.scope).ok()?;
         let handle = self.shared.find(&outside.resource)?;
         Some(&self.shared.resources[handle.index()])
     }
 
-    /// The target of a reference, by its name outside of the subgraph.
+    /// Resolves a reference to names outside of the subgraph; returns `None` after a diagnostic.
     pub(super) fn outside(&mut self, reference: &Ref, pointer: &str) -> Option<Reference> {
         if let Ok(expression) = Expr::parse_text(&reference.0) {
             self.fix(&expression, pointer);
@@ -97,7 +97,7 @@ impl PassBuilder<'_> {
         found.map_err(|error| self.expression_error(&error, pointer)).ok()
     }
 
-    /// All of a buffer that a reference names.
+    /// Resolves a reference to a whole buffer; returns `None` after a diagnostic.
     pub fn buffer(&mut self, reference: &Ref, pointer: &str) -> Option<Subresource> {
         self.buffer_named(reference, SubresourceRange::WHOLE, pointer)
     }

@@ -8,7 +8,8 @@ use umbragraph_text::diagnostic::codes;
 use umbragraph_text::language::Expr;
 
 impl PassBuilder<'_> {
-    /// A sampler as a pass binds it; `wanted` says that the shader wants something else.
+    /// Reads the settings of a sampler for a binding of type `kind`; returns `None` after a diagnostic. `wanted` makes
+    /// the message for a sampler of the wrong type.
     pub(super) fn sampler(
         &mut self,
         kind: wgpu_types::SamplerBindingType,

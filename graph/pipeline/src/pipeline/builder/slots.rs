@@ -17,8 +17,9 @@ use umbragraph_text::document;
 use umbragraph_text::language::{TextureShape, Word};
 
 impl PassBuilder<'_> {
-    /// Matches the bindings of a program with what a pass binds, by name. Where `geometry` is given, groups 2 and 3
-    /// are the host's and are checked against that contract, and a uniform block `view` is the view being drawn.
+    /// Matches the bindings of a program by name with what a pass binds; returns `None` after a diagnostic. With
+    /// `geometry`, groups 2 and 3 are the host's and are checked against that contract. A uniform block `view` is then
+    /// the view being drawn.
     pub fn bind(
         &mut self,
         program: ProgramHandle,
@@ -72,8 +73,8 @@ impl PassBuilder<'_> {
         fine.then_some(slots)
     }
 
-    /// Whether a variant that this pipeline reaches has a binding, or a member of its block, that this variant does not
-    /// have, so that it is merely not needed here; else reports it, with the `names` that there are.
+    /// Returns `true` if another variant that this pipeline reaches has the binding, or the member of a block, which is
+    /// then merely unused here. Otherwise reports an unknown binding; `names` are the existing ones.
     pub(super) fn is_of_another_variant(
         &mut self,
         program: &Program,
@@ -285,7 +286,7 @@ impl PassBuilder<'_> {
 }
 
 impl PassBuilder<'_> {
-    /// The usage of storage of which settings say whether its contents are needed.
+    /// The usage of a storage binding with its setting "contents"; returns `None` after a diagnostic.
     fn written(&mut self, usage: Usage, contents: Option<&Word<Contents>>, at: &str) -> Option<Usage> {
         let Some(word) = contents else { return Some(usage) };
         let at = format!("{at}/contents");

@@ -37,22 +37,22 @@ pub enum Face {
 /// The settings of a subresource range of a texture.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 pub struct SubresourceRangeSettings {
-    /// The first mip level of a texture. Without it a binding has all, and a copy has the first.
+    /// The first mip level of a texture. Without it, a binding has all levels, and a copy has the first.
     pub mip: Option<Expr>,
-    /// The number of mip levels of a texture from there; 1 without it.
+    /// The number of mip levels from "mip" on; 1 without it.
     pub mips: Option<Expr>,
-    /// The first layer of a texture, or slice of a volume; beside "face" the cube. All without it.
+    /// The first layer of a texture, or slice of a volume; beside "face", the index of the cube. All without it.
     pub layer: Option<Expr>,
-    /// The number of layers or slices of a texture from there; 1 without it beside "layer".
+    /// The number of layers or slices from "layer" on; 1 without it, if "layer" is set.
     pub layers: Option<Expr>,
     /// One face of a cube texture.
     pub face: Option<Word<Face>>,
-    /// The depth or the stencil of a texture that has both; a shader sees the depth without it.
+    /// The aspect of a texture that has depth and stencil; without it, a shader reads the depth.
     pub aspect: Option<Word<Aspect>>,
 }
 
 impl PassBuilder<'_> {
-    /// The subresource range that settings name.
+    /// Evaluates the settings of a subresource range; returns `None` after a diagnostic.
     pub fn subresource_range(
         &mut self,
         settings: &SubresourceRangeSettings,
@@ -98,7 +98,8 @@ impl PassBuilder<'_> {
         Some(run)
     }
 
-    /// Bytes of a buffer from `offset`, as many as `size` says; `None` inside for all of it.
+    /// Evaluates a range of `size` bytes from `offset`. The outer `None` follows a diagnostic; the inner `None` means
+    /// the whole buffer.
     pub fn bytes(
         &mut self,
         offset: Option<&Expr>,
@@ -127,7 +128,8 @@ impl PassBuilder<'_> {
         Some(Some(IndexRange { first, count }))
     }
 
-    /// Bytes of a buffer that a reference names.
+    /// Resolves a reference to bytes of a buffer, or to all of it if `bytes` is `None`; returns `None` after a
+    /// diagnostic.
     pub fn buffer_range(
         &mut self,
         reference: &Ref,
@@ -137,7 +139,7 @@ impl PassBuilder<'_> {
         self.buffer_named(reference, SubresourceRange { bytes, ..SubresourceRange::WHOLE }, pointer)
     }
 
-    /// A texture format by its WebGPU name.
+    /// Parses a texture format by its WebGPU name; returns `None` after a diagnostic.
     pub fn format(&mut self, name: &str, pointer: &str) -> Option<wgpu_types::TextureFormat> {
         let found = parse_format(name);
         if found.is_none() {
@@ -150,5 +152,5 @@ impl PassBuilder<'_> {
     }
 }
 
-/// The formats that are seen as one another.
+/// Texture formats that can be viewed as one another, for suggestions where a name is misspelt.
 const KNOWN_VIEWS: &[&str] = &["rgba8unorm", "rgba8unorm-srgb", "bgra8unorm", "bgra8unorm-srgb"];

@@ -10,15 +10,16 @@ use umbragraph_shaders::VertexInput;
 use umbragraph_text::diagnostic::{codes, list_of};
 
 impl PassBuilder<'_> {
-    /// The vertex inputs of a program, by location.
+    /// The vertex inputs of a program's plain variant, with their shader locations.
     pub fn vertex_inputs(&self, program: ProgramHandle) -> Vec<VertexInput> {
         let variant = self.shared.programs.list[program.index()].variants.first();
         variant.map(|variant| variant.vertex_inputs().to_vec()).unwrap_or_default()
     }
 
-    /// The attributes of one buffer: each with its name, its vertex format, and its first byte (without it, behind the
-    /// one before), and the bytes of all. `pointer` is that of the list. An attribute that the shader does not read is
-    /// a diagnostic; so is a format that does not fit the shader's type.
+    /// Checks the vertex attributes of one buffer, each given as name, vertex format and byte offset. An attribute
+    /// without an offset follows those before it. Returns the attributes and the number of bytes up to the end of the
+    /// last. Returns `None` after a diagnostic: a name that the shader does not read, or a format that does not fit.
+    /// `pointer` is that of the list.
     pub fn vertex_attributes(
         &mut self,
         program: ProgramHandle,
@@ -75,7 +76,7 @@ impl PassBuilder<'_> {
         sound.then_some((found, end))
     }
 
-    /// Finds vertex inputs of a program for which nothing is given, and those for which something is given twice.
+    /// Checks that each vertex input of a program is given exactly once; returns `None` after a diagnostic.
     pub fn check_vertex_inputs(
         &mut self,
         program: ProgramHandle,

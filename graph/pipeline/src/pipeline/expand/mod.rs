@@ -35,7 +35,7 @@ const MAX_ROUNDS: usize = 4096;
 const MAX_PASSES: usize = 65_536;
 const MAX_DEPTH: usize = 16;
 
-/// Expands a document.
+/// Expands the loops and subgraphs of a document to instances of passes and resources.
 pub(super) struct Expander<'a, 's> {
     document: &'a Document,
     subgraphs: HashMap<&'a str, &'a Entry>,
@@ -44,20 +44,20 @@ pub(super) struct Expander<'a, 's> {
     shared: &'s mut Shared,
     pub(super) resources: Vec<Instance<'a>>,
     pub(super) instances: Vec<Instance<'a>>,
-    /// Uses of subgraphs with a passthrough.
+    /// The uses of subgraphs that have a passthrough.
     pub(super) passthroughs: Vec<Instance<'a>>,
-    /// Uses of subgraphs, and loops without a round, that wait for passes.
+    /// The uses of subgraphs, and loops without a round, whose `after` names passes.
     pub(super) waiting: Vec<Instance<'a>>,
-    /// Passes that could not be expanded.
+    /// The passes that could not be expanded, by name.
     pub(super) gaps: Vec<(String, &'a Entry)>,
     full: bool,
-    /// Uses of subgraphs so far.
+    /// The number of uses of subgraphs so far.
     uses: usize,
-    /// The parameters of subgraphs, by the address of their entry in the document.
+    /// The decoded parameters of subgraphs, by the address of their entry in the document.
     parameters: HashMap<*const Entry, Option<Rc<ParameterDeclaration>>>,
     /// The subgraphs that are being expanded, the outermost first.
     open: Vec<String>,
-    /// Names of what is switched off, or of loops without a round.
+    /// The names of uses of subgraphs that are switched off, and of loops without a round.
     pub(super) absent: BTreeSet<String>,
 }
 
@@ -88,7 +88,7 @@ impl<'a, 's> Expander<'a, 's> {
         }
     }
 
-    /// Expands the pipeline's own sections.
+    /// Expands the resources and passes at the top level of the document.
     pub(super) fn top(&mut self) {
         let document = self.document;
         self.sections(&document.root, "", &Arc::new(Environment::default()), 0);
@@ -161,7 +161,7 @@ impl<'a, 's> Expander<'a, 's> {
         }
     }
 
-    /// The variable of a loop, and its values.
+    /// Returns the variable of a loop, and its value in each round.
     fn rounds(
         &mut self,
         rounds: &'a document::Value,
@@ -285,7 +285,7 @@ impl<'a, 's> Expander<'a, 's> {
         Ok(())
     }
 
-    /// Notes that a loop has no round, or that the subgraph of a pass is not used, because of a key.
+    /// Records that a loop has no round, or that a use of a subgraph is switched off; `key` is the deciding key.
     fn switch_off(&mut self, pass: &Instance<'a>, key: &str, is_top: bool) {
         self.wait(pass);
         self.absent.insert(pass.name.clone());
@@ -294,14 +294,14 @@ impl<'a, 's> Expander<'a, 's> {
         }
     }
 
-    /// Notes what a loop or a use of a subgraph has to follow.
+    /// Records a loop or a use of a subgraph whose `after` names passes that it must follow.
     fn wait(&mut self, pass: &Instance<'a>) {
         if pass.entry.value.get("after").is_some() {
             self.waiting.push(pass.clone());
         }
     }
 
-    /// Stops the expansion, with one diagnostic.
+    /// Stops the expansion at the maximum number of passes, resources or uses; reports it once.
     fn too_many(&mut self, entry: &Entry, pointer: &str) {
         if std::mem::replace(&mut self.full, true) {
             return;
@@ -312,13 +312,13 @@ impl<'a, 's> Expander<'a, 's> {
         self.shared.diagnostics.push(diagnostic.help("draw more in one pass, or split the pipeline"));
     }
 
-    /// Leaves out what one entry stands for.
+    /// Leaves out an entry that cannot be expanded, and reports the reason.
     fn leave_out(&mut self, gap: Gap, pass: &Instance<'a>) {
         self.shared.diagnostics.extend(gap.map(|diagnostic| *diagnostic));
         self.gaps.push((pass.name.clone(), pass.entry));
     }
 
-    /// The value of an expression that decides which passes exist.
+    /// Evaluates an expression that decides which passes exist, and marks its parameters as structural.
     fn structural(
         &mut self,
         value: &document::Value,
@@ -329,7 +329,7 @@ impl<'a, 's> Expander<'a, 's> {
         self.evaluate(value, pointer, environment)
     }
 
-    /// Makes structural what an expression follows from.
+    /// Marks the parameters on which an expression depends as structural.
     fn settle(&mut self, value: &document::Value, pointer: &str, environment: &Environment) {
         if let Ok(expression) = Expr(value.to_json()).parse() {
             let at = || Structural { place: value.span, pointer: pointer.to_owned() };
@@ -358,7 +358,7 @@ impl<'a, 's> Expander<'a, 's> {
     }
 }
 
-/// Why an entry stands for nothing; `None` where that has its diagnostic already.
+/// The reason why an entry cannot be expanded; `None` if it was already reported.
 type Gap = Option<Box<Diagnostic>>;
 
 fn gap(

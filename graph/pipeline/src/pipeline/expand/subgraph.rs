@@ -21,7 +21,7 @@ use umbragraph_text::language::{Expr, ParameterDeclaration, ParameterType};
 use umbragraph_text::source::Span;
 
 impl<'a> Expander<'a, '_> {
-    /// The scope of names in a pass that uses a subgraph; `None` after a diagnostic.
+    /// Creates the scope of names for a pass that uses a subgraph; returns `None` after a diagnostic.
     pub(super) fn environment_of(&mut self, pass: &Instance<'a>, subgraph: &'a Entry) -> Option<Environment> {
         let Instance { name, entry, pointer, environment: outer, .. } = pass;
         let section = |name: &str| subgraph.value.entries_of(name);
@@ -75,7 +75,7 @@ impl<'a> Expander<'a, '_> {
         fine.then_some(inner)
     }
 
-    /// The resource that an input stands for.
+    /// Resolves the argument of an input to the resource that the input stands for.
     fn input(
         &mut self,
         name: &str,
@@ -110,7 +110,7 @@ impl<'a> Expander<'a, '_> {
         })
     }
 
-    /// Gives a parameter its value; `None` after a diagnostic.
+    /// Gives a parameter of a subgraph its value in one use; returns `None` after a diagnostic.
     fn parameter(
         &mut self,
         parameter: &'a Entry,
@@ -160,7 +160,7 @@ impl<'a> Expander<'a, '_> {
         Some(())
     }
 
-    /// Gives the derived values of a subgraph to one use of it, beside its parameters.
+    /// Computes the derived values of a subgraph for one use of it. Returns `false` if one of them has an error.
     fn derive<'e>(
         &mut self,
         section: impl Fn(&str) -> &'e [Entry],
@@ -189,7 +189,7 @@ impl<'a> Expander<'a, '_> {
         broken.is_empty()
     }
 
-    /// Notes a local that follows from parameters of the pipeline.
+    /// Records a local that depends on parameters of the pipeline, so that it is evaluated again when they change.
     fn follow(
         &mut self,
         inner: &mut Environment,
@@ -206,7 +206,7 @@ impl<'a> Expander<'a, '_> {
     }
 }
 
-/// An expression's value as it would stand in a document.
+/// Converts the value of an expression to a document value.
 fn to_document(value: &Value, span: Span) -> document::Value {
     let kind = match value {
         Value::Bool(value) => Kind::Bool(*value),

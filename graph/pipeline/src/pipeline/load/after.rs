@@ -18,10 +18,11 @@ use crate::work::PassHandle;
 use umbragraph_text::diagnostic::{Diagnostic, MAX_DIAGNOSTICS, codes, list_of};
 use umbragraph_text::document::{Entry, Value};
 
-/// The maximum number of pairs of a pass and one that it waits for.
+/// The maximum number of pairs of a pass and a pass that it must follow.
 const MAX_PAIRS: usize = 1 << 20;
 
-/// Lets every pass know which it has to follow. Diagnostics: names of no pass, and what waits for itself.
+/// Sets for every pass the passes that it must follow. Reports names of no pass, and passes that would follow
+/// themselves.
 pub(super) fn connect(
     waiting: &[Instance<'_>],
     passes: &mut [Pass],
@@ -110,13 +111,13 @@ pub(super) fn connect(
     }
 }
 
-/// Whether something that comes of a loop or of a use of a subgraph is switched off.
+/// Returns `true` if a pass in a loop or in a use of a subgraph with this name is absent.
 fn has_absent(absent: &BTreeSet<String>, name: &str) -> bool {
     let begin = format!("{name}.");
     absent.range(begin.clone()..).next().is_some_and(|other| other.starts_with(&begin))
 }
 
-/// The names after which passes would run that are not there.
+/// For each absent pass, loop or use of a subgraph, the names of the passes that it would follow.
 fn followed(
     waiting: &[Instance<'_>],
     absent: &BTreeSet<String>,
@@ -135,7 +136,8 @@ fn followed(
     followed
 }
 
-/// The passes that those of a name which are not there would have followed.
+/// The indices of the passes that the absent passes of a name would have followed, directly or through other absent
+/// passes.
 fn through(
     positions: &BTreeMap<String, usize>,
     followed: &BTreeMap<String, Vec<String>>,
@@ -155,7 +157,8 @@ fn through(
     found
 }
 
-/// The passes that a name outside of all subgraphs means: one, or all that come of a loop or of a use of a subgraph.
+/// The indices of the passes that a name outside of all subgraphs means: one pass, or all of a loop or of a use of a
+/// subgraph.
 fn members(positions: &BTreeMap<String, usize>, name: &str) -> Vec<usize> {
     if let Some(index) = positions.get(name) {
         return vec![*index];
@@ -165,7 +168,7 @@ fn members(positions: &BTreeMap<String, usize>, name: &str) -> Vec<usize> {
     those.map(|(_, index)| *index).collect()
 }
 
-/// The name of a pass, and those of the loops and uses that it comes of.
+/// The name of a pass, and the names of the loops and uses of subgraphs that contain it.
 fn groups(name: &str) -> impl Iterator<Item = &str> {
     name.match_indices('.').map(|(at, _)| &name[..at]).chain([name])
 }

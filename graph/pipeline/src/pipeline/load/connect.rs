@@ -12,7 +12,7 @@ use crate::work::ResourceHandle;
 use umbragraph_text::diagnostic::{Diagnostic, codes, list_of};
 use umbragraph_text::source::Span;
 
-/// Finds blackboard data that does not fit the blocks that it is bound to, now that all of it is published.
+/// Reports blackboard data that does not fit the blocks that it is bound to, and data that no pass publishes.
 pub(super) fn connect(passes: &[Pass], uncertain: &BTreeSet<ResourceHandle>, shared: &mut Shared) {
     let mut unpublished: BTreeMap<ResourceHandle, (Span, String)> = BTreeMap::new();
     for pass in passes {
@@ -53,7 +53,7 @@ pub(super) fn connect(passes: &[Pass], uncertain: &BTreeSet<ResourceHandle>, sha
     }
 }
 
-/// Finds blackboard data that lacks what a CPU pass reads of it.
+/// Reports blackboard data that lacks values which a CPU pass expects.
 fn check_expected(shared: &mut Shared) {
     for expected in std::mem::take(&mut shared.expected) {
         let resource = &shared.resources[expected.resource.index()];

@@ -21,7 +21,8 @@ use umbragraph_text::expression::{self, ErrorKind, Expression, ExpressionError, 
 use umbragraph_text::language::{ConstraintSeverity, Expr};
 use umbragraph_text::source::Span;
 
-/// Reports each constraint that does not hold, or that is no condition; those that are errors come back.
+/// Reports each constraint that is violated or whose condition is invalid. Returns the constraints of severity error
+/// that hold.
 pub(super) fn check(
     document: &Document,
     sound: &Sound,
@@ -92,7 +93,7 @@ pub(super) fn check(
     all
 }
 
-/// The names in an expression, and in those of the derived values among them.
+/// Collects the names in an expression, and those in the expressions of derived values among them.
 fn collect(expression: &Expression, document: &Document, names: &mut BTreeSet<String>) {
     for name in expression.names() {
         let derived = document.root.get("derived").and_then(|derived| derived.get(name));

@@ -19,16 +19,16 @@ use crate::pipeline::toggle::Toggle;
 use umbragraph_text::diagnostic::{Diagnostics, MAX_DIAGNOSTICS};
 use umbragraph_text::document::{Document, Entry, Pointer, pointer_join};
 
-/// The passes of a document, as far as they could be declared.
+/// The passes of a document that could be declared, and records about all others.
 pub(super) struct Passes<'a> {
     pub(super) list: Vec<Pass>,
-    /// The instances that were to be declared.
+    /// The instances of passes after loops and subgraphs are expanded.
     pub(super) instances: Vec<Instance<'a>>,
-    /// Names of what is switched off, or of loops without a round.
+    /// The names of passes and uses of subgraphs that are switched off, and of loops without a round.
     pub(super) absent: BTreeSet<String>,
-    /// The instances that could not be declared.
+    /// The instances that could not be declared, with their names.
     pub(super) gaps: Vec<(String, &'a Entry)>,
-    /// Whether something does not fit the schema, so that it may lack the very key that names a resource.
+    /// Whether a pass does not fit the schema, so that it may lack a key that names a resource.
     pub(super) is_unreadable: bool,
     pub(super) waiting: Vec<Instance<'a>>,
     pub(super) passthroughs: Vec<Instance<'a>>,
@@ -36,14 +36,14 @@ pub(super) struct Passes<'a> {
 
 /// The outcome of declaring a pass.
 enum Outcome {
-    /// Its condition does not hold.
+    /// The `when` condition of the pass does not hold.
     Absent,
-    /// It has diagnostics of its own, or follows from some.
+    /// The pass has errors, or depends on something that has.
     Gap,
     Sound(Produced, Vec<LiveSetting>),
 }
 
-/// Declares all resources, then all passes. `None` where there are more errors than are looked for.
+/// Declares all resources, then all passes. Returns `None` at the maximum number of errors.
 pub(super) fn declare<'a>(
     document: &'a Document,
     registry: &Registry,
@@ -129,7 +129,7 @@ impl<'a> Passes<'a> {
         }
     }
 
-    /// Notes what a pass has to follow.
+    /// Records a pass whose `after` names passes that it must follow.
     fn wait(&mut self, instance: &Instance<'a>, declared: &Declared<'_>) {
         if !declared.common.after.is_empty() {
             self.waiting.push(instance.clone());
@@ -163,7 +163,7 @@ impl<'a> Passes<'a> {
     }
 }
 
-/// Lets the node kind of a pass say what it uses and does, if the pass is there at all.
+/// Lets the node kind of a pass declare its work, if the `when` condition of the pass holds.
 fn produce(instance: &Instance<'_>, declared: &Declared<'_>, shared: &mut Shared) -> Outcome {
     let Instance { entry, pointer, environment, .. } = instance;
     let Declared { kind, common, settings } = declared;

@@ -9,16 +9,16 @@ use crate::pipeline::resource::ResourceKind;
 use umbragraph_text::document::{Entry, decode_entries};
 use umbragraph_text::language::{PassCommon, ResourceDeclaration, node_kind};
 
-/// The declaration of a pass.
+/// The decoded declaration of a pass.
 pub(super) struct Declared<'a> {
-    /// The member that names the node kind, with the settings.
+    /// The entry whose key names the node kind, and whose value has the settings.
     pub(super) kind: &'a Entry,
-    /// The keys beside it.
+    /// The common keys of the pass, beside the node kind.
     pub(super) common: PassCommon,
     pub(super) settings: Result<Box<dyn Settings>, serde_json::Error>,
 }
 
-/// Declarations by the address of their entry in the document.
+/// The decoded declarations of passes and resources, by the address of their entry in the document.
 pub(super) struct Declarations<'a, 'r> {
     registry: &'r Registry,
     passes: HashMap<*const Entry, Option<Rc<Declared<'a>>>>,
@@ -30,7 +30,7 @@ impl<'a, 'r> Declarations<'a, 'r> {
         Self { registry, passes: HashMap::new(), resources: HashMap::new() }
     }
 
-    /// The declaration of a pass that fits the schema; `None` where it does not decode all the same.
+    /// Returns the declaration of a pass that fits the schema; `None` if it cannot be decoded nevertheless.
     pub(super) fn pass(&mut self, instance: &Instance<'a>) -> Option<Rc<Declared<'a>>> {
         let decode = || decode_pass(instance.entry, self.registry).map(Rc::new);
         if instance.environment.is_top() {
@@ -39,7 +39,8 @@ impl<'a, 'r> Declarations<'a, 'r> {
         self.passes.entry(instance.entry).or_insert_with(decode).clone()
     }
 
-    /// The declaration of a resource.
+    /// Returns the declared kind of a resource; [`ResourceKind::Broken`] if it does not fit the schema or cannot be
+    /// decoded.
     pub(super) fn resource(&mut self, instance: &Instance<'a>) -> ResourceKind {
         if instance.is_broken {
             return ResourceKind::Broken;

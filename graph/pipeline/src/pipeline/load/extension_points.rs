@@ -5,8 +5,8 @@
 use umbragraph_text::diagnostic::{Diagnostic, Diagnostics, codes, list_of};
 use umbragraph_text::document::{Document, pointer_join};
 
-/// Finds passes under "after" and "before" that the document does not have; what has a diagnostic already gets no
-/// other.
+/// Reports passes under "after" and "before" of extension points that the document does not have. Names that already
+/// have a diagnostic are left out.
 pub(super) fn check_extension_points(document: &Document, diagnostics: &mut Diagnostics) {
     let section = |name: &str| document.root.entries_of(name);
     let passes = || section("passes").iter().map(|entry| entry.key.as_str());

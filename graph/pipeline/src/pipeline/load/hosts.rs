@@ -12,9 +12,11 @@ use wgpu_types::BindingType;
 
 use crate::draw::*;
 
-/// Compares how a host stores things with what the programs that draw it want. Places are the passes' shaders.
+/// Compares a host's storage with the requirements of the programs that draw its meshes. Diagnostics are placed at the
+/// passes.
 ///
-/// Diagnostics: vertex inputs and bindings that the host does not have, members of another type or at another offset.
+/// Reports vertex inputs and bindings that the host lacks, members of another type or at another offset, and undeclared
+/// filters.
 pub fn check_host(pipeline: &TypedPipeline, geometry: &str, host: &HostInterface) -> Vec<Diagnostic> {
     let mut diagnostics = Vec::new();
     let drawing = || {
@@ -46,8 +48,8 @@ pub fn check_host(pipeline: &TypedPipeline, geometry: &str, host: &HostInterface
     diagnostics
 }
 
-/// Hosts that are stated for a geometry which the pipeline does not have, where it draws one that is written almost the
-/// same and has none.
+/// Reports hosts that were registered under a misspelt geometry: the pipeline draws a geometry of a similar name that
+/// has no host.
 pub(crate) fn misspelt_hosts(pipeline: &TypedPipeline) -> Vec<Diagnostic> {
     let unknown = |name: &&String| !pipeline.geometry.contains_key(*name);
     let unknown: Vec<&str> = pipeline.hosts.keys().filter(unknown).map(String::as_str).collect();
@@ -163,7 +165,7 @@ fn check_program(
     }
 }
 
-/// Compares the members of a host's block or element with those that a template reads.
+/// Compares the members of a host's block or array element with those that a template reads.
 fn compare_members(
     (name, members): (&str, &[HostMember]),
     (template, wanted): (&str, &[Member]),
@@ -186,7 +188,7 @@ fn compare_members(
     }
 }
 
-/// Whether a binding of a host's own layout can be what a shader declares.
+/// Returns `true` if a binding of a host's own layout is compatible with the binding that a shader declares.
 fn fits(have: &BindingType, want: &BindingType) -> bool {
     use wgpu_types::{SamplerBindingType as S, TextureSampleType as T};
     match (have, want) {

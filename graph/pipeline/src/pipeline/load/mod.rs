@@ -47,34 +47,33 @@ use umbragraph_text::diagnostic::{Diagnostics, MAX_DIAGNOSTICS};
 use umbragraph_text::document::{self, Document};
 use umbragraph_text::source::Sources;
 
-/// The inputs of loading a document.
+/// The options for loading a document.
 #[derive(Clone, Copy, Debug)]
 pub struct LoadOptions<'a> {
     /// The node kinds that passes can name.
     pub registry: &'a Registry,
-    /// The templates and the target profile, with the shader modules that earlier loads have made.
+    /// The templates and the target profile, with the cache of shader modules from earlier loads.
     pub shaders: &'a Arc<ShaderCache>,
-    /// Values of parameters and features.
+    /// The caller's values of parameters and features.
     pub overrides: &'a Overrides,
-    /// The diagnostics of [`check_schema`] on the document, if they are known.
+    /// The result of [`check_schema`] for the document; `None` to compute it.
     pub schema: Option<&'a Diagnostics>,
-    /// Whether all variants are proven together later: what is wrong with the shaders themselves is left to that, and
-    /// [`TypedPipeline::survey`] is written down for it.
+    /// Whether all variants are validated together later. Errors of shaders are then left to that step, and
+    /// [`TypedPipeline::survey`] is recorded for it.
     pub is_surveyed: bool,
 }
 
 impl<'a> LoadOptions<'a> {
-    /// One load by itself.
+    /// Creates options for a single load, without survey and schema diagnostics.
     pub fn new(registry: &'a Registry, shaders: &'a Arc<ShaderCache>, overrides: &'a Overrides) -> Self {
         Self { registry, shaders, overrides, schema: None, is_surveyed: false }
     }
 }
 
-/// Makes the pipeline that a document describes, in the configuration that `overrides` names.
+/// Loads the pipeline that a document describes, in the configuration that `overrides` selects.
 ///
-/// Diagnostics go to `diagnostics`; the result is `None` only where the document is too broken to have passes at all,
-/// or has more errors than are looked for ([`MAX_DIAGNOSTICS`]). A pipeline with errors is good for further checks,
-/// not for use.
+/// Diagnostics go to `diagnostics`. The result is `None` only if the document is too broken to have passes, or has
+/// [`MAX_DIAGNOSTICS`] errors or more. A pipeline with errors may be checked further, but not used.
 pub fn load(
     document: &Document,
     options: &LoadOptions<'_>,
@@ -148,7 +147,7 @@ pub fn load(
     Some(pipeline)
 }
 
-/// Passes, and what each says of others, brought together.
+/// The declared passes after their references to one another are resolved.
 struct Connected {
     passes: Vec<Pass>,
     uncertain: BTreeSet<ResourceHandle>,

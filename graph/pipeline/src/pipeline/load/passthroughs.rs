@@ -15,8 +15,9 @@ use umbragraph_text::diagnostic::{Code, Diagnostic, codes, list_of};
 use umbragraph_text::document::{Entry, Kind, Value, pointer_join};
 use umbragraph_text::source::Span;
 
-/// Determines the fallback of each resource from the passes, and uses of subgraphs, that have a "passthrough", and adds
-/// its accesses to the passes that read. Resources with a passthrough that cannot be join the uncertain ones.
+/// Returns the fallback of each resource, from the "passthrough" keys of passes and uses of subgraphs. Adds accesses of
+/// the fallbacks to the passes that read these resources. Resources with an invalid passthrough are added to
+/// `uncertain`.
 pub(super) fn connect(
     declarations: &[Instance<'_>],
     passes: &mut [Pass],
@@ -74,8 +75,8 @@ fn leads_back(passthroughs: &BTreeMap<ResourceHandle, Passthrough>, start: Resou
     std::iter::successors(next(&start), next).take(passthroughs.len()).any(|at| at == start)
 }
 
-/// Adds, for each read of what has a passthrough, the reads of the fallback. The result is what cannot have one,
-/// since it is attached: the use, and the resource.
+/// Adds an access of the fallback for each read of a resource with a passthrough. Returns the accesses for which this
+/// is impossible because they are attachments, each with the resource.
 pub fn add_fallbacks(
     pass: &mut Pass,
     passthroughs: &BTreeMap<ResourceHandle, Passthrough>,
@@ -127,10 +128,10 @@ pub fn add_fallbacks(
     rejected
 }
 
-/// Why an entry of a "passthrough" is none; `None` where that only follows from a diagnostic elsewhere.
+/// The reason to reject an entry of a "passthrough"; `None` if it only follows from another diagnostic.
 type Rejection = Option<Box<Diagnostic>>;
 
-/// One entry of one "passthrough".
+/// One entry of a "passthrough", with the context for checking it.
 struct PassthroughCheck<'a> {
     declaration: &'a Instance<'a>,
     one: &'a Entry,
@@ -153,8 +154,7 @@ impl PassthroughCheck<'_> {
         pointer_join(&format!("{}/passthrough", self.declaration.pointer), &self.one.key)
     }
 
-    /// The resources that an invalid entry may be about: the named one if the passes write it, else all that they
-    /// write.
+    /// The resources that an invalid entry may concern: the named one if the passes write it, else all that they write.
     fn affected(&self) -> BTreeSet<ResourceHandle> {
         let environment = &self.declaration.environment;
         let named = self.shared.find(&environment.resource(&self.one.key));
@@ -171,7 +171,7 @@ impl PassthroughCheck<'_> {
         self.passes.iter().filter(|pass| is_of(&pass.name, &self.declaration.name))
     }
 
-    /// A resource by a reference, and the version that it names; `None` where nothing is known of it.
+    /// Resolves a reference to a resource and the version that it names; `None` if the resource is broken.
     fn resource(&self, text: &str, place: Span) -> Result<Option<(ResourceHandle, Version)>, Rejection> {
         let environment = &self.declaration.environment;
         let outside = environment.refer(text, &self.shared.scope).map_err(|mut error| {
@@ -203,7 +203,8 @@ impl PassthroughCheck<'_> {
         Ok(known.then(|| (handle, outside.version.into())))
     }
 
-    /// The fallback of a resource; `None` where a passthrough changes nothing, or nothing is known.
+    /// Returns the resource of the entry and its passthrough. `None` if the entry has no effect, or if it cannot be
+    /// judged.
     fn passthrough(
         &self,
         others: &BTreeMap<ResourceHandle, Passthrough>,

@@ -5,8 +5,8 @@ use umbragraph_text::diagnostic::{Diagnostic, Diagnostics, codes, list_of};
 use umbragraph_text::document::Document;
 use umbragraph_text::source::Span;
 
-/// The profiles that a document claims, in its order; `webgpu` where it claims none. A name that no profile has is a
-/// diagnostic.
+/// The target profiles that a document claims, in the order of the document; `webgpu` if it claims none. Reports names
+/// of unknown profiles.
 pub fn claimed_profiles(document: &Document, diagnostics: &mut Diagnostics) -> Vec<TargetProfile> {
     let claims = document.root.elements_of("profiles");
     let mut profiles: Vec<TargetProfile> = Vec::new();
@@ -21,10 +21,10 @@ pub fn claimed_profiles(document: &Document, diagnostics: &mut Diagnostics) -> V
     if profiles.is_empty() { vec![TargetProfile::webgpu()] } else { profiles }
 }
 
-/// The profile of a name that stands at a place.
+/// Returns the target profile with this name. `place` is the place of the name, for diagnostics.
 ///
 /// # Errors
-/// A name that no profile has.
+/// Returns a diagnostic for a name that no profile has.
 pub fn profile_named(name: &str, place: Span) -> Result<TargetProfile, Diagnostic> {
     TargetProfile::from_name(name).ok_or_else(|| {
         Diagnostic::error(codes::UNKNOWN_PROFILE, place, format!("there is no profile \"{name}\"")).suggest(

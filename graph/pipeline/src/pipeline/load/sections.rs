@@ -1,7 +1,7 @@
 //! Sections of a document whose key is misspelt.
 //!
 //! A section that is missing only because its key is misspelt would have every name in it missing too. Where the key
-//! has a fix, everything behind is checked as if it had been made, so that the document has the diagnostics that it
+//! has a fix, everything after it is checked as if it had been made, so that the document has the diagnostics that it
 //! will have then; [`as_written`](umbragraph_text::compose::as_written) lets their pointers name the section as it is
 //! written.
 
@@ -13,7 +13,7 @@ use umbragraph_text::diagnostic::{Diagnostic, Diagnostics, codes, list_of, sugge
 use umbragraph_text::document::{self, Document, Entry};
 use umbragraph_text::language::unknown_format;
 
-/// The diagnostics of the schema, also of what stands under misspelt sections.
+/// Checks a document against the schema. The contents of sections with misspelt keys are checked too.
 pub fn check_schema(document: &Document, registry: &Registry) -> Diagnostics {
     let mut diagnostics = Diagnostics::new();
     registry.schema().check(&document.root, "", &mut diagnostics);
@@ -26,7 +26,7 @@ pub fn check_schema(document: &Document, registry: &Registry) -> Diagnostics {
     with_formats(document, diagnostics)
 }
 
-/// Moves diagnostics about texture formats to the place where the format is chosen.
+/// Moves diagnostics about texture formats to the place of the format.
 fn with_formats(document: &Document, diagnostics: Diagnostics) -> Diagnostics {
     let named = |diagnostic: Diagnostic| {
         let is_word =
@@ -40,8 +40,8 @@ fn with_formats(document: &Document, diagnostics: Diagnostics) -> Diagnostics {
     diagnostics.into_iter().map(named).collect()
 }
 
-/// A declaration without a type: a file that extends another gives a parameter a value in this form, so the name is
-/// that of none, and those that there are tell which one was meant.
+/// Improves the diagnostic for a declaration without a type. In a file that extends another, this form gives a value to
+/// a known parameter, so the name may be misspelt.
 fn with_declared(document: &Document, diagnostic: Diagnostic) -> Diagnostic {
     let pointer = diagnostic.pointer.clone();
     let way: Vec<&str> = pointer.split('/').collect();
@@ -79,21 +79,22 @@ fn with_declared(document: &Document, diagnostic: Diagnostic) -> Diagnostic {
     }
 }
 
-/// Whether a pointer leads to the format of a resource, or to one of its candidates.
+/// Returns `true` if a JSON pointer leads to the format of a texture, or to one of its format candidates.
 fn is_format(pointer: &str) -> bool {
     let mut way = pointer.rsplit('/').skip_while(|part| part.bytes().all(|byte| byte.is_ascii_digit()));
     let way: [Option<&str>; 4] = std::array::from_fn(|_| way.next());
     matches!(way, [Some("format"), Some("texture"), Some(_), Some("resources")])
 }
 
-/// The section that a misspelt key at the top surely means, by the fix of its diagnostic.
+/// The section that a misspelt key at the top level means, taken from the fix of its diagnostic; `None` for other
+/// diagnostics.
 fn suggested_section(diagnostic: &Diagnostic) -> Option<&str> {
     let is_section = diagnostic.code == codes::UNKNOWN_KEY && diagnostic.pointer.matches('/').count() == 1;
     let [edit] = diagnostic.fix.as_ref().filter(|_| is_section)?.edits.as_slice() else { return None };
     Some(edit.replacement.trim_matches('"'))
 }
 
-/// The document with the sections that misspelt keys mean, so that nothing is missing for their sake; `None` where
+/// Returns the document with misspelt keys of sections corrected, to avoid errors about missing sections. `None` if
 /// there are no such keys.
 pub(super) fn as_suggested(document: &Document, schema_diagnostics: &Diagnostics) -> Option<Document> {
     let entries = document.root.entries()?;
@@ -116,7 +117,7 @@ pub(super) fn as_suggested(document: &Document, schema_diagnostics: &Diagnostics
     Some(Document { root: document::Value { kind, ..document.root.clone() } })
 }
 
-/// Whether a diagnostic is about a pass of which not all is known.
+/// Returns `true` if a diagnostic concerns a pass that is incomplete.
 pub(super) fn is_of_incomplete(document: &Document, diagnostic: &Diagnostic) -> bool {
     let ends = diagnostic.pointer.match_indices('/').map(|(at, _)| at).chain([diagnostic.pointer.len()]);
     let owners = ends.map(|end| document.root.nearest(&diagnostic.pointer[..end]));

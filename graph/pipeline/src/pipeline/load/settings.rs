@@ -13,18 +13,18 @@ use umbragraph_text::diagnostic::{Diagnostic, Diagnostics, codes};
 use umbragraph_text::document::{Document, pointer_join};
 use umbragraph_text::expression::Scope as _;
 
-/// Parameters, features and derived values.
+/// The parameters, features and derived values of a configuration.
 pub(super) struct Settings {
     pub(super) parameters: BTreeMap<String, ValuedParameter>,
     pub(super) features: BTreeMap<String, Feature>,
     pub(super) derived: BTreeMap<String, Derived>,
-    /// The names without a value, because of diagnostics of their own.
+    /// The names that have no value because of errors.
     pub(super) broken: BTreeSet<String>,
 }
 
 impl Settings {
-    /// Gives parameters and features the values that `overrides` names, or their defaults, and derives others from
-    /// these.
+    /// Gives parameters and features the values from `overrides`, or else their defaults, and computes the derived
+    /// values.
     pub(super) fn choose(
         document: &Document,
         sound: &Sound,
@@ -79,19 +79,19 @@ impl Settings {
         Self { parameters, features, derived: derived.values, broken }
     }
 
-    /// The parameters that each value follows from.
+    /// The parameters on which each value depends.
     pub(super) fn dependence(&self) -> Dependence {
         Dependence::new(&self.parameters, &self.derived)
     }
 
-    /// The scope of expressions.
+    /// The scope of expressions: parameters, features and derived values.
     pub(super) fn scope(&self) -> StaticScope {
         let scope = StaticScope::new(&self.parameters, &self.features);
         scope.with_derived(&self.derived).with_broken(self.broken.clone())
     }
 }
 
-/// Finds derived values with the names of data that passes publish.
+/// Reports derived values that have the name of blackboard data that a pass publishes.
 pub(super) fn check_data(document: &Document, shared: &mut Shared) {
     for entry in section(document, "derived") {
         let Some(handle) = shared.find(&entry.key) else { continue };
@@ -107,7 +107,7 @@ pub(super) fn check_data(document: &Document, shared: &mut Shared) {
     }
 }
 
-/// Finds names that are a feature and a parameter.
+/// Reports names that are both a feature and a parameter.
 fn check_twins(document: &Document, diagnostics: &mut Diagnostics) {
     for entry in section(document, "features") {
         let mut parameters = section(document, "parameters").iter();

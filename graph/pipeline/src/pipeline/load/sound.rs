@@ -25,7 +25,7 @@ impl Broken {
         )
     }
 
-    /// Whether what is at a pointer, or anything below, does not fit.
+    /// Returns `true` if the value at a JSON pointer, or any value within it, does not fit the schema.
     pub(super) fn has(&self, pointer: &str) -> bool {
         if self.0.is_empty() {
             return false;
@@ -46,7 +46,7 @@ pub(super) struct Sound {
 }
 
 impl Sound {
-    /// Decodes them; `None` where the document is no object.
+    /// Decodes the parts that fit the schema; `None` if the document is not an object.
     pub(super) fn decode(document: &Document, broken: &Broken) -> Option<Self> {
         // Assures that the sections decoded one by one below are those of the declared type.
         let _: fn(&PipelineDeclaration) -> &BTreeMap<String, serde_json::Value> = |pipeline| &pipeline.passes;
@@ -73,7 +73,7 @@ fn decode<T: serde::de::DeserializeOwned>(
         .collect()
 }
 
-/// The entries of a section, none where it is missing.
+/// The entries of a section; empty if the section is missing.
 pub(super) fn section<'a>(document: &'a Document, name: &str) -> &'a [Entry] {
     document.root.entries_of(name)
 }

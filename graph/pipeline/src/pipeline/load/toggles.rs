@@ -8,8 +8,8 @@ use umbragraph_text::diagnostic::{Diagnostic, Diagnostics, codes, list_of, sugge
 use umbragraph_text::document::{Document, Entry, Value, pointer_join};
 use umbragraph_text::language::ToggleDeclaration;
 
-/// The sound toggles of a document. Diagnostics: bad names, names that a feature or parameter has, toggles without a
-/// pass.
+/// Returns the valid toggles of a document, sorted by name. Reports invalid names, names that a feature or parameter
+/// has, and toggles that no pass uses.
 pub(super) fn toggles(
     document: &Document,
     sound: &BTreeMap<String, ToggleDeclaration>,
@@ -58,7 +58,7 @@ pub(super) fn toggles(
     toggles
 }
 
-/// The toggle that a pass has.
+/// A use of a toggle by a pass.
 struct Mention<'a> {
     pointer: String,
     value: &'a Value,
@@ -66,7 +66,8 @@ struct Mention<'a> {
     name: &'a str,
 }
 
-/// The toggles that passes have, those of subgraphs too, whether or not they are there in this configuration.
+/// The uses of toggles by all passes, including those of subgraphs, whether or not the passes exist in this
+/// configuration.
 fn mentions(document: &Document) -> Vec<Mention<'_>> {
     let subgraphs = document.root.entries_of("subgraphs");
     let subgraphs = subgraphs.iter().map(|entry| (pointer_join("/subgraphs", &entry.key), &entry.value));
@@ -82,7 +83,7 @@ fn mentions(document: &Document) -> Vec<Mention<'_>> {
     mentions.collect()
 }
 
-/// Finds passes with a toggle that is not declared, each once, however often its subgraph is used.
+/// Reports toggles that are used but not declared; each use is reported once, however often its subgraph is used.
 fn unknown(document: &Document, mentions: &[Mention<'_>], diagnostics: &mut Diagnostics) {
     let declared = document.root.entries_of("toggles");
     let names: Vec<&str> = declared.iter().map(|entry| entry.key.as_str()).collect();
@@ -101,8 +102,8 @@ fn unknown(document: &Document, mentions: &[Mention<'_>], diagnostics: &mut Diag
     }
 }
 
-/// The toggle condition of a pass: its own, or that of a subgraph around it. Reports two that differ, unless one is
-/// not declared.
+/// Returns the toggle condition of a pass: its own, or that of an enclosing use of a subgraph. Reports two different
+/// conditions, unless one has an undeclared toggle.
 pub(super) fn condition(
     entry: &Entry,
     pointer: &str,

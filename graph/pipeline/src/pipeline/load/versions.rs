@@ -17,8 +17,8 @@ use umbragraph_text::expression::ExpressionKind;
 use umbragraph_text::language::{Expr, Written};
 use umbragraph_text::source::Span;
 
-/// Lets a version that names a loop or a use of a subgraph mean the one that the last of its passes writes: the last
-/// round, and of the passes of a use the one that follows all others. Diagnostics: several of which none is the last.
+/// Resolves versions that name a loop or a use of a subgraph to its last writer. This is the last round of a loop, or
+/// the pass of a use that follows all others. Reports versions without a unique last writer.
 pub(super) fn name_last_writers(
     passes: &mut [Pass],
     passthroughs: &mut BTreeMap<ResourceHandle, Passthrough>,
@@ -79,10 +79,11 @@ pub(super) fn name_last_writers(
     }
 }
 
-/// The last writer of a resource among the passes of a group; `None` where none writes it.
+/// Returns the name of the last writer of a resource among the passes of a group; `None` if no pass of the group writes
+/// it.
 ///
 /// # Errors
-/// The names of several, none of which is the last.
+/// Returns the names of the writers if none of them is the last.
 fn last_writer(
     passes: &[Pass],
     group: &str,
@@ -113,8 +114,8 @@ fn last_writer(
     }
 }
 
-/// Finds versions that no pass writes. Of what passes with such a version use, nothing is certain: neither their order
-/// is known, nor whose contents they read.
+/// Reports versions that no pass writes. All resources of the passes that read such a version are added to `uncertain`,
+/// because order and contents are not known.
 pub(super) fn check_versions(
     passes: &[Pass],
     absent: &BTreeSet<String>,
@@ -160,14 +161,15 @@ pub(super) fn check_versions(
     }
 }
 
-/// The place of the pass of a version in the text of a reference with its quotes; `None` if it is computed.
+/// The byte range of a version's pass name in the quoted text of a reference; `None` if the name is not written
+/// literally.
 fn version_in(raw: &str, pass: &str) -> Option<std::ops::Range<usize>> {
     let at = raw.find('@')? + 1;
     let end = raw.len().checked_sub(1)?;
     (raw.get(at..end)? == pass).then_some(at..end)
 }
 
-/// Whether a pass is, or comes of, one that is switched off.
+/// Returns `true` if a pass, or a loop or use of a subgraph that contains it, is absent.
 pub(super) fn is_absent(absent: &BTreeSet<String>, name: &str) -> bool {
     let mut name = name;
     loop {
@@ -181,14 +183,14 @@ pub(super) fn is_absent(absent: &BTreeSet<String>, name: &str) -> bool {
     }
 }
 
-/// Whether a pass is, or comes of, one that could not be declared, or has such rounds.
+/// Returns `true` if a pass, one that contains it, or one within it could not be declared.
 pub(super) fn is_gap(gaps: &[(String, &Entry)], name: &str) -> bool {
     gaps.iter().any(|(gap, _)| is_of(name, gap) || is_of(gap, name))
 }
 
-/// The resources of which nothing is known: broken ones, and those that passes with diagnostics mention (any string
-/// that is a reference to one). A pass that does not fit the schema may lack the very key that names a resource; then
-/// no resource is certain.
+/// The resources whose uses are not fully known: broken resources, and those that passes with errors mention in any
+/// reference. With `unreadable`, all resources: a pass that does not fit the schema may lack the key that names a
+/// resource.
 pub(super) fn uncertain(
     gaps: &[(String, &Entry)],
     instances: &[Instance<'_>],

@@ -25,29 +25,29 @@ use umbragraph_text::expression::{
 use umbragraph_text::language::{Expr, Reference, Written};
 use umbragraph_text::source::Span;
 
-/// Stands in front of a name that a subgraph file does not see; no expression can write such a name.
+/// The prefix of a name that a subgraph file cannot see; no expression can write such a name.
 const UNSEEN: char = '^';
 
 /// The scope of names in one instance of a subgraph or one round of a loop.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Environment {
-    /// The fallback front of names outside; empty at the top, else ending in a dot.
+    /// The prefix of names outside of the subgraph: empty at the top level, else ends in a dot.
     pub(crate) prefix: String,
-    /// Whether this is a subgraph in a file of its own, which sees nothing of the pipeline but what it is given.
+    /// Whether this is a subgraph in a file of its own, which sees only its own names and arguments.
     pub(crate) is_file: bool,
     /// Parameters and derived values of the subgraph, and variables of loops.
     pub(crate) locals: BTreeMap<String, Value>,
-    /// The names outside of locals that follow from parameters of the pipeline.
+    /// Locals whose values follow from parameters of the pipeline, with their internal names outside of the subgraph.
     pub(crate) following: BTreeMap<String, String>,
-    /// The words of parameters that are enumerations.
+    /// The allowed words of parameters that are enumerations.
     pub(crate) words: BTreeMap<String, Vec<String>>,
-    /// Inputs of the subgraph.
+    /// The inputs of the subgraph, by name.
     pub(crate) inputs: BTreeMap<String, Input>,
-    /// The places of the uses of the subgraphs around it, the innermost first.
+    /// The places where the enclosing subgraphs are used, the innermost first.
     pub(crate) used_at: Vec<Span>,
-    /// The toggles that uses of subgraphs around it have, as they are written.
+    /// The toggles of the enclosing uses of subgraphs, as they are written.
     pub(crate) toggles: Vec<String>,
-    /// Whether a use around it has a side effect, which keeps its passes.
+    /// Whether an enclosing use of a subgraph has a side effect, which keeps its passes.
     pub(crate) side_effect: bool,
 }
 
@@ -56,7 +56,8 @@ pub struct Environment {
 pub(crate) struct Input {
     /// The resource that the user of the subgraph passes.
     pub(crate) reference: Reference,
-    /// The resource as the user wrote it; the outermost user where the input is handed on.
+    /// The resource as the user wrote it. For an input that is passed through several subgraphs, this is the outermost
+    /// user's text.
     pub(crate) given: Given,
 }
 
@@ -65,33 +66,33 @@ pub(crate) struct Input {
 pub(crate) struct Given {
     /// The name of the resource, without a version.
     pub(crate) name: String,
-    /// The whole text.
+    /// The text of the reference as it is written.
     pub(crate) text: String,
-    /// The place of the text.
+    /// The place of the text in the document.
     pub(crate) place: Span,
-    /// The pointer of the text.
+    /// The JSON pointer of the text.
     pub(crate) pointer: String,
-    /// The scope of names there.
+    /// The scope of names at that place.
     pub(crate) environment: Arc<Environment>,
 }
 
 impl Environment {
-    /// The value that an axis of this name takes where a pass says nothing of it.
+    /// The value that an axis of this name takes if a pass does not set it; `None` for the axis's default.
     pub(crate) fn axis(&self, name: &str, scope: &dyn Scope) -> Option<Value> {
         if self.is_file { self.locals.get(name).cloned() } else { scope.lookup(name) }
     }
 
-    /// A diagnostic about what is written here, with the places where the subgraphs around it are used.
+    /// Adds the places where the enclosing subgraphs are used to a diagnostic.
     pub fn told(&self, diagnostic: Diagnostic) -> Diagnostic {
         self.used_at.iter().fold(diagnostic, |told, place| told.related(*place, "used here"))
     }
 
-    /// Whether this is the top, where every name means itself.
+    /// Returns `true` at the top level of a pipeline, outside of subgraphs and loops.
     pub fn is_top(&self) -> bool {
         self.prefix.is_empty() && self.locals.is_empty()
     }
 
-    /// The name outside of a resource or blackboard data.
+    /// The name outside of the subgraph of a resource or of blackboard data.
     pub(crate) fn resource<'a>(&'a self, name: &'a str) -> Cow<'a, str> {
         match self.inputs.get(name) {
             Some(input) => input.reference.resource.as_str().into(),
@@ -100,7 +101,8 @@ impl Environment {
         }
     }
 
-    /// A reference that is written here, as it is outside: frames back are those of an input of that name besides.
+    /// Converts a reference to names outside of the subgraph. The frames that it goes back are added to those of an
+    /// input of that name.
     pub(crate) fn reference(&self, reference: &Reference) -> Reference {
         let input = self.inputs.get(&reference.resource).map(|input| &input.reference);
         let version = match reference.version.as_deref() {
@@ -112,12 +114,12 @@ impl Environment {
         Reference { resource: self.resource(&reference.resource).into_owned(), version, back }
     }
 
-    /// The name outside of a pass.
+    /// The name of a pass outside of the subgraph.
     pub(crate) fn pass(&self, name: &str) -> String {
         [self.prefix.as_str(), name].concat()
     }
 
-    /// The name by which a resource outside can be written here.
+    /// The name inside the subgraph of a resource given by its name outside; `None` if it cannot be named.
     pub(crate) fn resource_inside<'a>(&'a self, outside: &'a str) -> Option<&'a str> {
         let is_it = |(_, input): &(&String, &Input)| input.reference.resource == outside;
         match self.inputs.iter().find(is_it) {
@@ -126,13 +128,14 @@ impl Environment {
         }
     }
 
-    /// The name by which a pass outside can be written here.
+    /// The name inside the subgraph of a pass given by its name outside; `None` if the pass is not part of the
+    /// subgraph.
     pub(crate) fn pass_inside<'a>(&self, outside: &'a str) -> Option<&'a str> {
         outside.strip_prefix(&self.prefix)
     }
 
-    /// Adds the names that an expression here can see beside those known everywhere to the error of an unknown one;
-    /// `known` are names outside.
+    /// Adds the names that are visible here to the suggestions of an error about an unknown name. `outside` are the
+    /// names of all resources.
     pub fn widen<'a>(&self, error: &mut ExpressionError, outside: impl Iterator<Item = &'a str> + Clone) {
         let Some(unknown) = error.unknown.as_mut().filter(|unknown| !unknown.is_complete) else { return };
         if let Some(name) = unknown.name.strip_prefix(UNSEEN).map(str::to_owned) {
@@ -158,8 +161,8 @@ impl Environment {
         unknown.known.extend(outside.filter_map(|name| self.resource_inside(name).map(str::to_owned)));
     }
 
-    /// The diagnostic for an input that stands for no resource: it is about what the user wrote. `outside` are all
-    /// resources. `None` if the name is no input, or one that stands for a resource.
+    /// The diagnostic for an input that stands for no resource, placed at the user's argument. `outside` are the names
+    /// of all resources. `None` if the name is not an input, or stands for a resource.
     pub fn argument_error<'a>(
         &self,
         name: &str,
@@ -181,10 +184,11 @@ impl Environment {
         Some(environment.told(diagnostic))
     }
 
-    /// Evaluates an expression that is written here. `is_resource` says of a name outside whether it is one.
+    /// Evaluates an expression that is written in this scope. `is_resource` returns `true` if a name outside is a
+    /// resource.
     ///
     /// # Errors
-    /// The first error, with names as they are outside.
+    /// Returns the first error, with names as they are outside of the subgraph.
     pub(crate) fn evaluate(
         &self,
         expression: &Expression,
@@ -200,22 +204,23 @@ impl Environment {
             .or_else(|_| expression::evaluate(&self.close(expression, is_resource), scope))
     }
 
-    /// Whether the texts that enumerations are compared with are words of theirs, in an expression as it is written
-    /// here.
+    /// Checks that the texts that an expression compares with enumerations are words of these enumerations. The
+    /// expression is written in this scope.
     ///
     /// # Errors
-    /// The first that is not.
+    /// Returns an error for the first text that is not such a word.
     pub fn check_words(&self, expression: &Expression, scope: &dyn Scope) -> Result<(), ExpressionError> {
         let inside = Inside { environment: self, is_resource: &|_| false, scope };
         expression::unknown_word(expression, &inside).map_or(Ok(()), Err)
     }
 
-    /// The scope of expressions here before sizes are known.
+    /// The scope of expressions in this environment before sizes are known.
     pub(crate) fn seen<'a>(&'a self, scope: &'a dyn Scope) -> impl Scope + 'a {
         Inside { environment: self, is_resource: &|_| false, scope }
     }
 
-    /// The name outside that the value of a name here follows from.
+    /// The name outside of the subgraph that the value of a name follows from; `None` if the value is fixed or not
+    /// visible.
     pub(crate) fn followed<'a>(&'a self, name: &'a str) -> Option<&'a str> {
         match self.locals.contains_key(name) {
             true => self.following.get(name).map(String::as_str),
@@ -223,21 +228,21 @@ impl Environment {
         }
     }
 
-    /// Whether a name that is neither a local nor a resource is what it is outside.
+    /// Returns `true` if a name that is neither a local nor a resource means the same as outside of the subgraph.
     fn sees(&self, name: &str) -> bool {
         let head = name.split_once('.').map_or(name, |(head, _)| head);
         // What stands for an input with an argument error is not what has its name outside.
         VIEWPORT.contains(&name) || !self.is_file && !self.inputs.contains_key(head)
     }
 
-    /// Rewrites an expression from names inside a subgraph to names outside. `is_resource` tells whether a name
+    /// Rewrites an expression from names inside a subgraph to names outside. `is_resource` returns `true` if a name
     /// outside is a resource.
     pub fn close(&self, expression: &Expression, is_resource: &dyn Fn(&str) -> bool) -> Expression {
         self.close_with(expression, &|name| self.closed(name, is_resource))
     }
 
-    /// Rewrites an expression to names outside, as [`Self::close`] does. Locals that follow from parameters become
-    /// those parameters.
+    /// Rewrites an expression to names outside, as [`Self::close`] does, but keeps locals that follow from parameters
+    /// as names.
     pub(crate) fn close_live(
         &self,
         expression: &Expression,
@@ -279,10 +284,10 @@ impl Environment {
         }
     }
 
-    /// The word that a text of a document is, or that its expression yields.
+    /// Returns the word that a text of a document is, or that its expression yields.
     ///
     /// # Errors
-    /// An error of the expression, or one that yields something else.
+    /// Returns an error of the expression, or an error for a value that is not a word.
     pub(crate) fn word<'a>(&self, text: &'a str, scope: &dyn Scope) -> Result<Cow<'a, str>, ExpressionError> {
         match Written::of(text) {
             Written::Plain(word) => Ok(word.into()),
@@ -296,10 +301,10 @@ impl Environment {
         }
     }
 
-    /// The target of a reference in a document, by its name outside of the subgraph.
+    /// Resolves a reference in a document to names outside of the subgraph.
     ///
     /// # Errors
-    /// An error of the expression, or one that yields something else.
+    /// Returns an error of the expression, or an error for a value that is not a reference.
     pub(crate) fn refer(&self, text: &str, scope: &dyn Scope) -> Result<Reference, ExpressionError> {
         match self.evaluate(&Expr::parse_text(text)?, &|_| false, scope)? {
             Value::Reference(reference) => Ok(reference),
@@ -312,7 +317,7 @@ impl Environment {
     }
 }
 
-/// The place of a resource's name in a text that refers to it.
+/// The byte range of a resource's name in the text of a reference; `None` if the name is not there.
 pub(crate) fn reference_in(text: &str, name: &str) -> Option<Range<usize>> {
     let is_end = |end: usize| {
         let next = text[end..].chars().next();
@@ -322,7 +327,7 @@ pub(crate) fn reference_in(text: &str, name: &str) -> Option<Range<usize>> {
     found.find(|range| is_end(range.end) && text[..range.start].ends_with('&'))
 }
 
-/// Replaces each name of an expression.
+/// Returns a copy of an expression in which `replaced` replaces each name.
 pub fn with_names(expression: &Expression, replaced: &dyn Fn(&str) -> ExpressionKind) -> Expression {
     let mut expression = expression.clone();
     expression.visit_mut(&mut |inner| {
@@ -333,7 +338,7 @@ pub fn with_names(expression: &Expression, replaced: &dyn Fn(&str) -> Expression
     expression
 }
 
-/// The names that an expression in an environment can see.
+/// The scope of names that an expression in an environment can see.
 struct Inside<'a> {
     environment: &'a Environment,
     is_resource: &'a dyn Fn(&str) -> bool,

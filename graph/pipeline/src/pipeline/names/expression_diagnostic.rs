@@ -4,8 +4,8 @@ use umbragraph_text::diagnostic::{Diagnostic, codes, suggested_name};
 use umbragraph_text::document;
 use umbragraph_text::expression::{ErrorKind, ExpressionError};
 
-/// The diagnostic of an error in an expression; the place is inside the string where it is written without escapes.
-/// `None` for an error that only follows from a diagnostic elsewhere.
+/// Returns the diagnostic for an error in an expression, placed inside the string if that is written without escapes.
+/// `None` for an error that only follows from another diagnostic.
 pub fn expression_diagnostic(
     error: &ExpressionError,
     value: &document::Value,
@@ -53,7 +53,7 @@ pub fn expression_diagnostic(
     Some(diagnostic.suggest(name, known, written, |_| help()))
 }
 
-/// The string among the elements of a list of expressions that an unknown name stands in, with its pointer.
+/// The string that contains an unknown name, among the elements of a list of expressions, with its JSON pointer.
 fn invalid<'v>(
     error: &ExpressionError,
     value: &'v document::Value,

@@ -4,24 +4,24 @@ use umbragraph_text::diagnostic::{Diagnostic, codes};
 use umbragraph_text::document::Entry;
 use umbragraph_text::source::Span;
 
-/// Names that are no parameters or features, because expressions know them already.
+/// Names that parameters and features cannot have, because the expression language uses them.
 const RESERVED: &[&str] = &["viewport", "true", "false"];
 
 /// The members of the viewport in expressions.
 pub(crate) const VIEWPORT: &[&str] = &["viewport", "viewport.width", "viewport.height"];
 
-/// Whether a pass is meant by a name: its own, or that of the loop or of the use of a subgraph that it is part of.
+/// Returns `true` if `name` is the name of the pass, or of a loop or use of a subgraph that contains the pass.
 pub fn is_of(pass: &str, name: &str) -> bool {
     pass.strip_prefix(name).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
 }
 
-/// A name starts with a letter and goes on with letters, digits and underscores.
+/// Returns `true` for a valid name: a letter, then letters, digits and underscores (ASCII).
 fn is_name(name: &str) -> bool {
     name.chars().next().is_some_and(|first| first.is_ascii_alphabetic())
         && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
 }
 
-/// The diagnostic for what is declared under a name that cannot be one.
+/// The diagnostic for a declaration whose name is invalid or reserved; `None` for a valid name.
 pub(crate) fn name_diagnostic(entry: &Entry) -> Option<Diagnostic> {
     let is_bad = !is_name(&entry.key) || RESERVED.contains(&entry.key.as_str());
     is_bad.then(|| {
@@ -30,7 +30,7 @@ pub(crate) fn name_diagnostic(entry: &Entry) -> Option<Diagnostic> {
     })
 }
 
-/// The diagnostic for a name under which something else is declared too.
+/// The diagnostic for a name under which something of another kind is declared too.
 pub(crate) fn twin_diagnostic(entry: &Entry, what: &str, (twin, other): (Span, &str)) -> Diagnostic {
     let article = if other.starts_with('i') { "an" } else { "a" };
     let message = format!("\"{}\" is a {what} and {article} {other}", entry.key);

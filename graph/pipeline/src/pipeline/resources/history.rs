@@ -1,6 +1,6 @@
 //! Resources of which earlier frames can be read.
 //!
-//! A resource `color` with `"lifetime": "history"` and two frames is three resources to everything behind this file:
+//! A resource `color` with `"lifetime": "history"` and two frames is three resources to everything after this file:
 //! `color`, which this frame writes, and `color@-1` and `color@-2`, which nothing writes and which hold what the last
 //! frames left. So a read of an earlier frame waits for no writer of this one, and no writer for it. What ties the
 //! three together is their [`History`]: one format and size, copies that take turns, and that a pass that reads an
@@ -14,10 +14,10 @@ use crate::work::ResourceHandle;
 use umbragraph_text::diagnostic::{Diagnostic, Diagnostics, codes};
 use umbragraph_text::language::{Expr, Lifetime};
 
-/// The maximum number of earlier frames that can be read.
+/// The maximum number of earlier frames that a history can keep.
 pub(crate) const MAX_FRAMES: u32 = 8;
 
-/// Adds a declared resource, and the earlier frames of it that can be read.
+/// Adds a declared resource, and one resource for each earlier frame that can be read.
 pub(crate) fn add(shared: &mut Shared, mut resource: Resource) {
     let (lifetime, frames, has_initial, section) = match &resource.kind {
         ResourceKind::Texture(texture) => {
@@ -77,7 +77,7 @@ pub(crate) fn add(shared: &mut Shared, mut resource: Resource) {
     }
 }
 
-/// The number of earlier frames.
+/// Evaluates the number of earlier frames of a history. An error without a diagnostic follows from another diagnostic.
 fn count(
     shared: &Shared,
     resource: &Resource,
@@ -93,7 +93,7 @@ fn count(
     })
 }
 
-/// Why an earlier frame of a resource cannot be read.
+/// The message and the help for reading an earlier frame that a resource does not keep.
 pub(crate) fn beyond(shared: &Shared, handle: ResourceHandle, back: u32) -> (String, String) {
     let resource = &shared.resources[handle.index()];
     let name = &resource.name;
@@ -114,7 +114,7 @@ pub(crate) fn beyond(shared: &Shared, handle: ResourceHandle, back: u32) -> (Str
     }
 }
 
-/// The earlier frame of a resource, if it keeps that many.
+/// The resource of an earlier frame, `back` frames ago; `None` if the resource does not keep that many.
 pub(crate) fn earlier(shared: &Shared, handle: ResourceHandle, back: u32) -> Option<ResourceHandle> {
     let history = shared.resources[handle.index()].history?;
     history.members().nth(back as usize)

@@ -11,10 +11,10 @@ use umbragraph_text::diagnostic::{Diagnostic, codes};
 use umbragraph_text::expression::{self, ExpressionError, Value};
 use umbragraph_text::language::{Expr, FormatCandidates, Written, parse_format};
 
-/// The value of an expression at a pointer within a resource.
+/// Evaluates an expression at a JSON pointer within a resource's declaration.
 ///
 /// # Errors
-/// A diagnostic, or `None` where the expression follows from something that has one.
+/// Returns a diagnostic, or `None` if the error only follows from another diagnostic.
 pub(crate) fn value(
     shared: &Shared,
     resource: &Resource,
@@ -35,7 +35,7 @@ pub(crate) fn value(
     })
 }
 
-/// Puts the format that an expression yields in its place. A resource without one is broken.
+/// Replaces a format that is an expression with its value. After an error the resource counts as broken.
 pub(crate) fn compute_format(shared: &mut Shared, resource: &mut Resource) {
     const AT: &str = "/texture/format";
     let ResourceKind::Texture(texture) = &mut resource.kind else { return };

@@ -12,7 +12,7 @@ use umbragraph_text::language::{
     ExtensionDeclaration, ParameterFileDeclaration, PassCommon, PipelineDeclaration, SubgraphDeclaration,
 };
 
-/// The files that people write.
+/// The kinds of JSON files that people write.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FileKind {
     /// A pipeline.
@@ -25,15 +25,15 @@ pub enum FileKind {
     Subgraph,
 }
 
-/// The schema of pipelines that use the node kinds of a registry, as their files are written.
+/// The JSON Schema of pipeline files whose passes use the node kinds of a registry.
 ///
 /// A pass is an object with the common keys and exactly one key that names a node kind.
 pub fn schema(registry: &Registry) -> Json {
     schema_of(FileKind::Pipeline, registry)
 }
 
-/// The schema of a kind of file, whose passes use the node kinds of a registry. Of files that extend others it wants
-/// nothing to be there, and lets null stand for what is deleted.
+/// The JSON Schema of a kind of file whose passes use the node kinds of a registry. A file that extends others needs no
+/// required keys, and may contain null for an entry that it deletes.
 pub fn schema_of(kind: FileKind, registry: &Registry) -> Json {
     let composed = schema_of_composed(kind, registry);
     match kind {
@@ -42,7 +42,7 @@ pub fn schema_of(kind: FileKind, registry: &Registry) -> Json {
     }
 }
 
-/// The schema of a kind of file once it is composed of all that it extends and includes.
+/// The JSON Schema of a kind of file after it is composed with all files that it extends and includes.
 pub fn schema_of_composed(kind: FileKind, registry: &Registry) -> Json {
     let settings = schemars::generate::SchemaSettings::draft2020_12();
     if kind == FileKind::Parameters {

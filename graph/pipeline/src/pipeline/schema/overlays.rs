@@ -17,16 +17,16 @@ use std::collections::BTreeSet;
 
 use serde_json::{Map, Value as Json, json};
 
-/// The definition of a pass.
+/// The name of the definition of a pass.
 pub(crate) const PASS: &str = "Pass";
-/// The definition of a group of shared settings.
+/// The name of the definition of a group of shared settings.
 const GROUP: &str = "SharedSettings";
-/// The prefix of definitions that state required keys.
+/// The prefix of the names of definitions that state required keys.
 const WHOLE: &str = "Whole";
-/// The definition of values without a null anywhere.
+/// The name of the definition of values that contain no null.
 const NOTHING_DELETED: &str = "NothingDeleted";
 
-/// Makes the schema of files that can extend others out of that of a composed document.
+/// Converts the schema of composed documents to one of files that can extend others.
 pub(crate) fn for_overlays(schema: &Json) -> Json {
     let definitions = schema.get("$defs").and_then(Json::as_object).cloned().unwrap_or_default();
     let parts = Parts { demanding: demanding(&definitions) };
@@ -73,18 +73,18 @@ pub(crate) fn for_overlays(schema: &Json) -> Json {
     relaxed
 }
 
-/// The rule for a file, or a pass, that extends others.
+/// The condition that a file or a pass extends others.
 fn extends() -> Json {
     json!({ "required": ["extends"] })
 }
 
 struct Parts {
-    /// The definitions in which something is required.
+    /// The names of the definitions in which a key is required.
     demanding: BTreeSet<String>,
 }
 
 impl Parts {
-    /// The portion of a schema that states possible keys.
+    /// Returns the part of a schema that states possible keys.
     fn relaxed(&self, schema: &Json) -> Json {
         let Json::Object(rules) = schema else { return schema.clone() };
         if let Some(variants) = tagged(rules) {
@@ -117,14 +117,14 @@ impl Parts {
         Json::Object(relaxed)
     }
 
-    /// The named entries, which can be deleted.
+    /// Returns the schema of a named entry, which a file may delete with null.
     fn member(&self, schema: &Json) -> Json {
         let mut relaxed = self.relaxed(schema);
         self.allow_null(&mut relaxed);
         relaxed
     }
 
-    /// An element of a list, which is whole.
+    /// Returns the schema of an element of a list, which must have all required keys.
     fn element(&self, schema: &Json) -> Json {
         match self.whole(schema) {
             Some(whole) => json!({ "allOf": [self.relaxed(schema), whole] }),
@@ -132,7 +132,7 @@ impl Parts {
         }
     }
 
-    /// Variants that are told apart by their one key, as one object with any of the keys.
+    /// Combines variants that are distinguished by their one key into one object that may have any of the keys.
     fn one_object(&self, rules: &Map<String, Json>, variants: &[(&str, &Map<String, Json>)]) -> Json {
         let members = variants.iter().map(|(key, variant)| {
             let mut member = self.member(&variant["properties"][*key]);
@@ -149,7 +149,7 @@ impl Parts {
         object
     }
 
-    /// Lets null stand for a value. Definitions that are referred to allow it themselves.
+    /// Allows null for a value. Definitions that the schema refers to allow null themselves.
     fn allow_null(&self, schema: &mut Json) {
         let Json::Object(rules) = schema else { return };
         match rules.get_mut("type") {
@@ -170,7 +170,7 @@ impl Parts {
         }
     }
 
-    /// The portion of a schema that states required keys; `None` without any.
+    /// Returns the part of a schema that states required keys; `None` if it requires none.
     fn whole(&self, schema: &Json) -> Option<Json> {
         let rules = schema.as_object()?;
         if let Some(name) = definition_of(rules) {
@@ -231,7 +231,7 @@ impl Parts {
     }
 }
 
-/// A branch of what has to be there, for values of the branch's type only.
+/// Limits the required keys of a branch to values of the branch's type.
 fn typed(demand: Json, branch: &Json) -> Json {
     match (demand, branch.get("type")) {
         (Json::Object(mut rules), Some(types)) => {
@@ -242,7 +242,7 @@ fn typed(demand: Json, branch: &Json) -> Json {
     }
 }
 
-/// The variants of alternatives that are told apart by the one key that each of them requires.
+/// The variants of a `oneOf`, each with the one key that it requires; `None` if the branches are not of this form.
 fn tagged(rules: &Map<String, Json>) -> Option<Vec<(&str, &Map<String, Json>)>> {
     let branches = rules.get("oneOf")?.as_array()?;
     branches
@@ -258,12 +258,12 @@ fn tagged(rules: &Map<String, Json>) -> Option<Vec<(&str, &Map<String, Json>)>> 
         .collect()
 }
 
-/// The definition that a schema refers to.
+/// The name of the definition that a schema refers to; `None` if it is not a reference.
 fn definition_of(rules: &Map<String, Json>) -> Option<&str> {
     rules.get("$ref")?.as_str()?.strip_prefix("#/$defs/")
 }
 
-/// The definitions in which, or in what they refer to outside of lists, something is required.
+/// The definitions that require a key, themselves or in definitions that they refer to outside of lists.
 fn demanding(definitions: &Map<String, Json>) -> BTreeSet<String> {
     let mut demanding = BTreeSet::new();
     loop {

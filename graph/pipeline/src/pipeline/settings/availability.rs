@@ -19,19 +19,19 @@ use umbragraph_text::document::{Entry, Kind, Value, pointer_join};
 use umbragraph_text::language::{FeatureDeclaration, FeatureType};
 use umbragraph_text::source::Span;
 
-/// A requirement of a feature that a profile does not meet.
+/// A requirement of a feature that the target profile does not meet.
 #[derive(Clone, Debug)]
 pub struct Lacking {
-    /// The requirement: a limit and its value, or a feature of WebGPU.
+    /// The requirement as text: a limit with its minimum, or a feature of WebGPU.
     pub required: String,
-    /// The value or feature that the profile has.
+    /// The limit that the profile guarantees, as text; "not" for a feature of WebGPU.
     pub guaranteed: String,
-    /// The place of the requirement.
+    /// The place of the requirement in the document.
     pub place: Span,
 }
 
-/// The first limit, or feature of WebGPU, of which a profile has less than a feature requires: the feature itself, or
-/// one that it requires to be on.
+/// Returns the first requirement of a feature, or of the features that it requires to be on, that the profile does not
+/// meet. `None` if the profile meets all.
 pub fn lacking(entry: &Entry, features: &[Entry], profile: &TargetProfile) -> Option<Lacking> {
     lacking_within(entry, features, profile, features.len())
 }
@@ -69,7 +69,8 @@ fn lacking_within(
     })
 }
 
-/// Settings of features, without those of presets where the profile has less than they require.
+/// Returns the settings of features, without those from presets for features whose requirements the profile does not
+/// meet.
 pub(crate) fn without_lacking(
     settings: &[Override],
     presets: &[Entry],
@@ -84,13 +85,13 @@ pub(crate) fn without_lacking(
     settings.iter().filter(|setting| !is_left_out(setting)).cloned().collect()
 }
 
-/// The value with which a feature is off.
+/// The value of a feature that is off: false, or the first word of an enumeration.
 pub fn off(declaration: &FeatureDeclaration, place: Span) -> Value {
     let word = declaration.values.first().filter(|_| declaration.feature_type == FeatureType::Enum);
     Value { span: place, kind: word.map_or(Kind::Bool(false), |word| Kind::Text(word.clone())) }
 }
 
-/// Reports required limits and features that no profile has.
+/// Reports required limits and WebGPU features with unknown names.
 pub(crate) fn check_names(entry: &Entry, diagnostics: &mut Diagnostics) {
     for (at, written) in required_features(entry).iter().enumerate() {
         let Some(name) = written.text().filter(|name| Capability::from_name(name).is_none()) else {
@@ -120,7 +121,7 @@ pub(crate) fn check_names(entry: &Entry, diagnostics: &mut Diagnostics) {
     }
 }
 
-/// The diagnostic that a feature is switched on where the profile lacks what it requires.
+/// The diagnostic for a feature that is switched on although the profile does not meet its requirements.
 pub(crate) fn cannot_be_on(setting: &Override, lacking: &Lacking, profile: &TargetProfile) -> Diagnostic {
     let Lacking { required, guaranteed, place } = lacking;
     let message = format!("\"{}\" requires {required}, but {} has {guaranteed}", setting.name, profile.name);

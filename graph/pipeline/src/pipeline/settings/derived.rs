@@ -20,29 +20,29 @@ use umbragraph_text::expression::{self, Expression, ExpressionKind, Scope, Value
 use umbragraph_text::language::Expr;
 use umbragraph_text::source::Span;
 
-/// A derived value.
+/// A derived value: a named expression over parameters, features and other derived values.
 #[derive(Clone, Debug)]
 pub struct Derived {
     /// The value.
     pub value: Value,
-    /// The words that it can be, where it is one of a few.
+    /// The words that the value can have; `None` if it is not limited to a list of words.
     pub words: Option<Vec<String>>,
-    /// The place of its expression.
+    /// The place of the expression in the document.
     pub place: Span,
     /// The expression.
     pub expression: Expression,
-    /// Its place in an order in which each follows those that it needs.
+    /// The position in an order in which each derived value follows those that it depends on.
     pub rank: usize,
 }
 
-/// The derived values of a section, and the names of those that have none because of diagnostics.
+/// The derived values of a section, and the names of those that have no value because of errors.
 #[derive(Debug, Default)]
 pub(crate) struct Section {
     pub(crate) values: BTreeMap<String, Derived>,
     pub(crate) broken: BTreeSet<String>,
 }
 
-/// The names that derived values can use: one another, and those of the scope around.
+/// The scope of derived values: one another, and the names of the scope around.
 struct Names<'a> {
     section: &'a Section,
     declared: &'a [Entry],
@@ -73,8 +73,8 @@ impl Scope for Names<'_> {
     }
 }
 
-/// Computes the derived values of a section at a pointer. `evaluate` yields the value of an expression over a scope;
-/// `taken` are other declarations that derived values cannot share a name with, with what each is.
+/// Computes the derived values of the section at the JSON pointer `pointer`, in the scope `around`. `taken` lists other
+/// declarations whose names derived values must not have, each with its place and kind.
 pub(crate) fn evaluate(
     declared: &[Entry],
     pointer: &str,
@@ -173,7 +173,8 @@ pub(crate) fn evaluate(
     section
 }
 
-/// The names in an order in which each follows those that it needs, and the rest, which need themselves.
+/// Sorts names so that each follows those that it needs. The second result has the names in cycles, and names that need
+/// them.
 pub(crate) fn order<'n>(needs: &BTreeMap<&'n str, BTreeSet<&'n str>>) -> (Vec<&'n str>, BTreeSet<&'n str>) {
     let mut waiting: BTreeMap<&str, usize> = needs.iter().map(|(name, needs)| (*name, needs.len())).collect();
     let mut needed_by: BTreeMap<&str, Vec<&'n str>> = BTreeMap::new();
@@ -206,7 +207,7 @@ fn declaration_diagnostic(entry: &Entry, taken: &BTreeMap<&str, (Span, &str)>) -
     Some(twin_diagnostic(entry, "derived value", *twin))
 }
 
-/// The words that an expression can yield, where it yields nothing else.
+/// The words that an expression can yield; `None` if it can yield anything else.
 fn words(expression: &Expression, scope: &dyn Scope) -> Option<BTreeSet<String>> {
     match &expression.kind {
         ExpressionKind::Literal(Value::Text(word)) => Some(BTreeSet::from([word.clone()])),

@@ -14,30 +14,30 @@ use umbragraph_text::diagnostic::{Code, Diagnostic, Diagnostics, Place, codes};
 use umbragraph_text::expression::Value;
 use umbragraph_text::language::{Expr, Word};
 
-/// Evaluates expressions in settings. Each method takes the JSON pointer of the setting, relative to the node kind's
-/// settings; it reports the diagnostic itself and returns `None`.
+/// Evaluates expressions in settings. Each method takes the JSON pointer of the setting, relative to the settings of
+/// the node kind. Methods report their diagnostics themselves, and then return `None`.
 pub trait Evaluate {
     /// Evaluates an expression over parameters and features.
     fn value(&mut self, expr: &Expr, pointer: &str) -> Option<Value>;
 
-    /// Adds a diagnostic, whose place is a setting.
+    /// Adds a diagnostic and places it at a setting.
     fn add(&mut self, diagnostic: Diagnostic, pointer: &str);
 
-    /// Reports a diagnostic at a setting.
+    /// Reports an error at a setting.
     fn report(&mut self, code: Code, pointer: &str, message: impl Into<String>, help: impl Into<String>) {
         self.add(Diagnostic::error(code, Place::Nowhere, message).help(help), pointer);
     }
 
-    /// Reports something at a setting that is no error, where it is declared.
+    /// Reports a warning at a setting when a pass is declared; does nothing when live settings are updated.
     fn warn(&mut self, _: Code, _: &str, _: impl Into<String>, _: impl Into<String>) {}
 
-    /// Reports a word that an expression yields and that is not known.
+    /// Reports a word, yielded by an expression, that the setting does not allow.
     fn report_word(&mut self, word: &str, _: &Expr, pointer: &str) {
         let message = format!("the expression yields \"{word}\", which is not known here");
         self.report(codes::UNKNOWN_WORD, pointer, message, "the schema lists the words known here");
     }
 
-    /// Reports a diagnostic at a setting, without which there is nothing.
+    /// Reports an error at a setting, and returns `None`.
     fn reject<T>(
         &mut self,
         code: Code,
@@ -49,7 +49,7 @@ pub trait Evaluate {
         None
     }
 
-    /// Rejects a value of another type.
+    /// Reports a value of the wrong type, and returns `None`.
     fn wrong_type<T>(&mut self, pointer: &str, wanted: &str, found: &str) -> Option<T> {
         self.add(wrong_type(wanted, found), pointer);
         None
@@ -63,13 +63,13 @@ pub trait Evaluate {
         }
     }
 
-    /// Evaluates an expression that yields a value of a type.
+    /// Evaluates an expression and converts its value to a type.
     fn read<T: LiveValue>(&mut self, expr: &Expr, pointer: &str) -> Option<T> {
         let value = self.value(expr, pointer)?;
         self.judged(&value, pointer)
     }
 
-    /// A value as one of a type.
+    /// Converts a value to a type; reports a value that does not fit.
     fn judged<T: LiveValue>(&mut self, value: &Value, pointer: &str) -> Option<T> {
         T::read(value).map_err(|diagnostic| self.add(diagnostic, pointer)).ok()
     }
@@ -96,27 +96,28 @@ pub trait Evaluate {
         }
     }
 
-    /// A whole number from 0, or what counts without an expression.
+    /// Evaluates an expression that yields a whole number from 0; returns `without` if there is no expression.
     fn count_or(&mut self, expr: &Option<Expr>, pointer: impl Display, without: u32) -> Option<u32> {
         expr.as_ref().map_or(Some(without), |expr| self.count(expr, &pointer.to_string()))
     }
 
-    /// A whole number from 0, if there is an expression; `None` after a diagnostic.
+    /// Evaluates an expression that yields a whole number from 0. The outer `None` follows a diagnostic; the inner
+    /// `None` means no expression.
     fn count_if(&mut self, expr: &Option<Expr>, pointer: impl Display) -> Option<Option<u32>> {
         expr.as_ref().map_or(Some(None), |expr| self.count(expr, &pointer.to_string()).map(Some))
     }
 
-    /// A number, or what counts without an expression.
+    /// Evaluates an expression that yields a number; returns `without` if there is no expression.
     fn number_or(&mut self, expr: &Option<Expr>, pointer: impl Display, without: f64) -> Option<f64> {
         expr.as_ref().map_or(Some(without), |expr| self.number(expr, &pointer.to_string()))
     }
 
-    /// A boolean, or what counts without an expression.
+    /// Evaluates an expression that yields a boolean; returns `without` if there is no expression.
     fn boolean_or(&mut self, expr: &Option<Expr>, pointer: impl Display, without: bool) -> Option<bool> {
         expr.as_ref().map_or(Some(without), |expr| self.boolean(expr, &pointer.to_string()))
     }
 
-    /// A word, or the one that counts without it.
+    /// Returns the value of an optional word as [`Self::word`] does; returns `without` if there is none.
     fn word_or<T: serde::de::DeserializeOwned + Clone + schemars::JsonSchema>(
         &mut self,
         word: &Option<Word<T>>,
@@ -126,7 +127,7 @@ pub trait Evaluate {
         word.as_ref().map_or(Some(without), |word| self.word(word, &pointer.to_string()))
     }
 
-    /// A word, or the one that its expression yields.
+    /// Returns a word that is written literally, or that an expression yields.
     fn word<T: serde::de::DeserializeOwned + Clone + schemars::JsonSchema>(
         &mut self,
         word: &Word<T>,
@@ -148,14 +149,14 @@ pub trait Evaluate {
     }
 }
 
-/// The settings of a CPU node in a frame in which a live parameter has changed.
+/// The live settings of a CPU node in a frame in which a live parameter has changed.
 #[derive(Debug)]
 pub struct LiveSettings<'a> {
-    /// The settings.
+    /// The live settings of the pass.
     pub settings: &'a [LiveSetting],
-    /// Their values.
+    /// The values of the settings, in the same order.
     pub values: &'a [Value],
-    /// The diagnostics about them.
+    /// The list to which diagnostics about the settings are added.
     pub diagnostics: &'a mut Diagnostics,
 }
 

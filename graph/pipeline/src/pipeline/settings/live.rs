@@ -20,61 +20,62 @@ use umbragraph_text::expression::{Expression, ExpressionKind, Value};
 use umbragraph_text::language::ParameterDeclaration;
 use umbragraph_text::source::Span;
 
-/// The place that makes a parameter structural.
+/// The use of a parameter that makes it structural: a change of its value needs a new plan.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Structural {
-    /// The place in the document.
+    /// The place of the use in the document.
     pub place: Span,
-    /// Its JSON pointer.
+    /// The JSON pointer of the use.
     pub pointer: String,
 }
 
 /// A setting of a pass that is evaluated again when a live parameter changes.
 #[derive(Clone, Debug)]
 pub struct LiveSetting {
-    /// Judges a value; those of blocks, workgroups and CPU nodes are judged where they are used.
+    /// Validates a new value. It accepts any value for blocks, workgroups and CPU nodes, which validate the value
+    /// themselves.
     pub check: fn(&Value) -> Result<(), Diagnostic>,
-    /// Its pointer, relative to the settings of the node kind.
+    /// The JSON pointer of the setting, relative to the settings of the node kind.
     pub pointer: String,
-    /// The expression.
+    /// The expression, with its place.
     pub value: Deferred,
 }
 
-/// A value that follows from parameters: a derived one, or one that a subgraph is given.
+/// A value that follows from parameters: a derived value, or an argument of a subgraph.
 #[derive(Clone, Debug)]
 pub struct Following {
-    /// The name that expressions know it by.
+    /// The name of the value in expressions.
     pub name: String,
-    /// The expression, over parameters and those before it.
+    /// The expression, over parameters and earlier values.
     pub expression: Expression,
-    /// The declaration with its limits, if it is a parameter of a subgraph.
+    /// The declaration with its limits, for a parameter of a subgraph; `None` for a derived value.
     pub declaration: Option<ParameterDeclaration>,
-    /// The place of its expression.
+    /// The place of the expression in the document.
     pub place: Span,
 }
 
-/// A constraint whose condition follows from parameters.
+/// A constraint on the values of parameters, which is checked again when a live parameter changes.
 #[derive(Clone, Debug)]
 pub struct Constraint {
-    /// The condition.
+    /// The condition, an expression that yields a boolean.
     pub holds: Expression,
-    /// The message if it does not hold.
+    /// The message for a violated constraint.
     pub message: String,
     /// The place of the condition.
     pub place: Span,
-    /// Its JSON pointer.
+    /// The JSON pointer of the condition.
     pub pointer: String,
 }
 
-/// The parameters that each value follows from, and those that are structural so far.
+/// The parameters on which each value depends, and the parameters that are structural so far.
 #[derive(Debug, Default)]
 pub(crate) struct Dependence {
-    /// The parameters that each name follows from, for names that expressions can use.
+    /// The parameters on which each name in expressions depends; names that depend on none are missing.
     of: BTreeMap<String, BTreeSet<String>>,
     /// The number of parameters.
     parameters: usize,
     pub(crate) structural: BTreeMap<String, Structural>,
-    /// Values that follow from parameters, each after those that it depends on.
+    /// The values that follow from parameters, each after those that it depends on.
     pub(crate) following: Vec<Following>,
 }
 
@@ -93,7 +94,8 @@ impl Dependence {
         all
     }
 
-    /// Adds a value that an expression yields, which is closed; whether it follows from parameters.
+    /// Adds the value of an expression over names of the pipeline, if it depends on parameters. Returns `true` if it
+    /// does.
     pub(crate) fn add(
         &mut self,
         name: String,
@@ -110,22 +112,22 @@ impl Dependence {
         true
     }
 
-    /// The parameters that names follow from.
+    /// The parameters on which any of the names depends.
     pub(crate) fn needs<'n>(&self, names: impl IntoIterator<Item = &'n str>) -> BTreeSet<String> {
         names.into_iter().filter_map(|name| self.of.get(name)).flatten().cloned().collect()
     }
 
-    /// Whether one of the names follows from a parameter.
+    /// Returns `true` if one of the names depends on a parameter.
     pub(crate) fn any<'n>(&self, names: impl IntoIterator<Item = &'n str>) -> bool {
         names.into_iter().any(|name| self.of.contains_key(name))
     }
 
-    /// Whether every parameter is structural.
+    /// Returns `true` if every parameter is structural.
     pub(crate) fn is_settled(&self) -> bool {
         self.structural.len() == self.parameters
     }
 
-    /// Makes structural what a name follows from, because of what stands at a place.
+    /// Marks the parameters on which a name depends as structural. `at` makes the use that is the cause.
     pub(crate) fn fix(&mut self, name: &str, at: &dyn Fn() -> Structural) {
         for parameter in self.of.get(name).into_iter().flatten() {
             if !self.structural.contains_key(parameter) {
@@ -135,7 +137,7 @@ impl Dependence {
     }
 }
 
-/// The names that the value of an expression follows from.
+/// The names on which the value of an expression depends; the list in a call of `len` does not count.
 pub(crate) fn names(expression: &Expression) -> Vec<&str> {
     let mut names = Vec::new();
     collect(expression, &mut names);
@@ -152,7 +154,7 @@ fn collect<'e>(expression: &'e Expression, names: &mut Vec<&'e str>) {
     }
 }
 
-/// Whether two values are of one shape: what is live keeps the length of its list.
+/// Returns `true` if two values have the same type and, for lists, the same length and types of elements.
 pub fn is_alike(a: &Value, b: &Value) -> bool {
     match (a, b) {
         (Value::List(a), Value::List(b)) => {

@@ -7,15 +7,15 @@ use umbragraph_text::source::Span;
 /// A value for a parameter or feature, given from outside the pipeline.
 #[derive(Clone, Debug)]
 pub struct Override {
-    /// The name.
+    /// The name of the parameter or feature.
     pub name: String,
     /// The value.
     pub value: document::Value,
-    /// The place of the value.
+    /// The place of the setting, for diagnostics.
     pub place: Span,
 }
 
-/// The caller's values for parameters and features. Later settings win.
+/// The caller's values for parameters and features. A later entry for the same name replaces an earlier one.
 #[derive(Clone, Debug, Default)]
 pub struct Overrides {
     /// Values of parameters.
@@ -25,7 +25,7 @@ pub struct Overrides {
 }
 
 impl Overrides {
-    /// This choice with another one over it: where both give a value, the other's counts.
+    /// Combines two sets of values; values of `over` replace those of `self`.
     #[must_use]
     pub fn under(mut self, over: Overrides) -> Self {
         self.parameters.extend(over.parameters);

@@ -24,16 +24,17 @@ use umbragraph_text::source::Span;
 /// The contents of a parameter file.
 #[derive(Clone, Debug, Default)]
 pub struct ParameterFile {
-    /// The preset that its values are meant for, and where it is named.
+    /// The name of the preset that the values are meant for, and its place; `None` if the file names none.
     pub preset: Option<(String, Span)>,
-    /// The values.
+    /// The values of parameters and features.
     pub overrides: Overrides,
 }
 
 pub(crate) const KEYS: &[&str] = &["$schema", "format", "description", "preset", "parameters", "features"];
 
 impl ParameterFile {
-    /// Reads the parameter file of a document. Whether a pipeline has what it names shows when that is loaded.
+    /// Reads a document as a parameter file. Names of parameters, features and presets are checked later, when a
+    /// pipeline is loaded.
     pub fn read(document: &Document, diagnostics: &mut Diagnostics) -> Self {
         let mut file = Self::default();
         let Some(entries) = document.root.entries() else {
@@ -74,9 +75,9 @@ impl ParameterFile {
     }
 }
 
-/// The values of a preset of a pipeline's document. `place` is where it is asked for.
+/// Returns the values of a preset in a pipeline's document. `place` is the place of the request, for diagnostics.
 ///
-/// A preset that is not there is a diagnostic, and has no values.
+/// Reports a preset that does not exist, and then returns no values.
 pub fn of_preset(document: &Document, name: &str, place: Span, diagnostics: &mut Diagnostics) -> Overrides {
     let presets = document.root.entries_of("presets");
     match presets.iter().find(|preset| preset.key == name) {
@@ -97,13 +98,13 @@ pub fn of_preset(document: &Document, name: &str, place: Span, diagnostics: &mut
     }
 }
 
-/// Whether a setting of a feature is one of a preset.
+/// Returns `true` if a setting of a feature comes from one of the presets.
 pub(crate) fn sets(presets: &[Entry], setting: &Override) -> bool {
     let mut features = presets.iter().flat_map(|preset| preset.value.entries_of("features"));
     features.any(|entry| entry.key_span == setting.place)
 }
 
-/// Checks the values of all presets but those of the chosen one, which are checked as settings.
+/// Checks the values of all presets except those of the chosen one, which are checked as settings.
 pub(crate) fn check(
     presets: &[Entry],
     parameters: &BTreeMap<String, ParameterDeclaration>,

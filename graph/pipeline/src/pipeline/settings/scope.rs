@@ -7,20 +7,20 @@ use crate::pipeline::settings::setting::{Feature, ValuedParameter};
 use umbragraph_text::expression::{Scope, Value};
 use umbragraph_text::source::Span;
 
-/// Parameters, features and derived values by name.
+/// The scope of expressions before sizes are known: parameters, features and derived values by name.
 #[derive(Clone, Debug, Default)]
 pub struct StaticScope {
     values: BTreeMap<String, Value>,
-    /// The words of those that are enumerations.
+    /// The allowed words of names whose values are words of an enumeration.
     words: BTreeMap<String, Vec<String>>,
-    /// The places of the expressions of derived values.
+    /// The places of the expressions of derived values, by name.
     derived: BTreeMap<String, Span>,
-    /// Names that are declared, but have no value because of diagnostics.
+    /// The names that are declared, but have no value because of errors.
     broken: BTreeSet<String>,
 }
 
 impl StaticScope {
-    /// The scope of these parameters and features.
+    /// Creates the scope of parameters and features.
     pub fn new(parameters: &BTreeMap<String, ValuedParameter>, features: &BTreeMap<String, Feature>) -> Self {
         let parameters = parameters.iter().map(|(name, one)| (name, &one.value, &one.declaration.values));
         let features = features.iter().map(|(name, one)| (name, &one.value, &one.declaration.values));
@@ -34,7 +34,7 @@ impl StaticScope {
         scope
     }
 
-    /// The place of the expression of a derived value.
+    /// The place of the expression of a derived value; `None` if no derived value has this name.
     pub(crate) fn derived_at(&self, name: &str) -> Option<Span> {
         self.derived.get(name).copied()
     }
@@ -50,14 +50,14 @@ impl StaticScope {
         self
     }
 
-    /// Adds the values that a subgraph is given.
+    /// Adds the arguments of subgraphs.
     #[must_use]
     pub fn with_given(mut self, given: &BTreeMap<String, Value>) -> Self {
         given.iter().for_each(|(name, value)| self.set(name, value.clone()));
         self
     }
 
-    /// Gives a name another value, in its memory where it has one.
+    /// Sets the value of a name; reuses the memory of an existing entry.
     pub fn set(&mut self, name: &str, value: Value) {
         match self.values.get_mut(name) {
             Some(before) => *before = value,
@@ -65,12 +65,12 @@ impl StaticScope {
         }
     }
 
-    /// The value of a name.
+    /// Returns the value of a name for changes, or `None` if there is no such name.
     pub fn get_mut(&mut self, name: &str) -> Option<&mut Value> {
         self.values.get_mut(name)
     }
 
-    /// Adds names that are declared, but have no value because of diagnostics.
+    /// Adds names that are declared, but have no value because of errors.
     #[must_use]
     pub fn with_broken(self, broken: BTreeSet<String>) -> Self {
         Self { broken, ..self }

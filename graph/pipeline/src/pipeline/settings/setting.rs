@@ -16,29 +16,29 @@ use umbragraph_text::source::Span;
 /// A parameter with its value.
 #[derive(Clone, Debug)]
 pub struct ValuedParameter {
-    /// Its declaration.
+    /// The declaration of the parameter.
     pub declaration: ParameterDeclaration,
-    /// The value.
+    /// The value in this configuration.
     pub value: Value,
-    /// The place of the value.
+    /// The place of the value: the default, a preset, or the caller's setting.
     pub place: Span,
-    /// The use that makes it structural; `None` if it is live.
+    /// The use that makes the parameter structural; `None` if the parameter is live.
     pub structural: Option<Structural>,
 }
 
 /// A feature with its value.
 #[derive(Clone, Debug)]
 pub struct Feature {
-    /// Its declaration.
+    /// The declaration of the feature.
     pub declaration: FeatureDeclaration,
-    /// The value: a boolean or a text.
+    /// The value in this configuration: a boolean, or a word of the enumeration.
     pub value: Value,
-    /// The place of the value.
+    /// The place of the default, setting or unmet requirement that decides the value.
     pub place: Span,
 }
 
 impl Feature {
-    /// Whether the feature is on: true, or any word but the first.
+    /// Returns `true` if the feature is on: true, or any word but the first of its enumeration.
     pub fn is_on(&self) -> bool {
         match &self.value {
             Value::Bool(on) => *on,
@@ -48,7 +48,7 @@ impl Feature {
     }
 }
 
-/// Gives every parameter its value.
+/// Returns the parameters that have a value: the last valid override, or else the default.
 pub(crate) fn parameters(
     declarations: &BTreeMap<String, ParameterDeclaration>,
     entries: &[Entry],
@@ -87,9 +87,9 @@ pub(crate) fn parameters(
     parameters
 }
 
-/// Gives every feature its value, and checks what they require of the profile, and require and exclude of one another.
-/// A preset is for every target, so what one of `presets` switches on counts only where the profile has what it
-/// requires.
+/// Returns all features with their values. Checks the features' requirements of the profile, and of one another. A
+/// preset is meant for every target, so its values do not count for features whose requirements the profile does not
+/// meet.
 pub(crate) fn features(
     declarations: &BTreeMap<String, FeatureDeclaration>,
     entries: &[Entry],
@@ -178,9 +178,9 @@ pub(crate) fn features(
     features
 }
 
-/// Sees to it that of each group exactly one feature is on: what is chosen switches off what is on by default alone,
-/// and where the target lacks what the default requires, the next feature of the group in the document stands in for
-/// it.
+/// Ensures that exactly one feature of each group is on. A chosen feature switches off those that are on only by
+/// default. If the target does not support the default, the next supported feature of the group in the document
+/// replaces it.
 fn groups(
     declarations: &BTreeMap<String, FeatureDeclaration>,
     entries: &[Entry],
@@ -271,7 +271,7 @@ fn groups(
     }
 }
 
-/// Finds settings of what is not declared.
+/// Reports settings of parameters and features that are not declared.
 pub(crate) fn unknown(
     parameters: &BTreeMap<String, ParameterDeclaration>,
     features: &BTreeMap<String, FeatureDeclaration>,
@@ -293,7 +293,7 @@ pub(crate) fn unknown(
     }
 }
 
-/// The kinds of settings.
+/// The kind of a setting: a parameter or a feature.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum SettingKind {
     Parameter,
@@ -309,12 +309,12 @@ impl SettingKind {
     }
 }
 
-/// The names that are declared.
+/// The names of the declarations.
 pub(crate) fn declared<T>(declarations: &BTreeMap<String, T>) -> Vec<&str> {
     declarations.keys().map(String::as_str).collect()
 }
 
-/// The diagnostic for a name that is none of those `known`; one of the `others`, of the other kind, may be meant.
+/// The diagnostic for a name that is not among `known`. It may suggest a name of the other kind, from `others`.
 pub(crate) fn not_there(
     kind: SettingKind,
     name: &str,
@@ -402,7 +402,7 @@ pub(crate) fn decode_parameter(
     }
 }
 
-/// A number, or an element of a list, of a parameter.
+/// Reads a number for a parameter, or for an element of a list parameter.
 fn number(
     name: &str,
     declaration: &ParameterDeclaration,
@@ -424,10 +424,11 @@ fn number(
     }
 }
 
-/// A code, what is wrong, and the way out.
+/// A diagnostic code, the message, and the help.
 type Misfit = (Code, String, String);
 
-/// The reason to reject a new value of a live parameter: code, message and help. `before` is a valid value.
+/// The reason to reject a new value of a live parameter, as code, message and help; `None` for a valid value. `before`
+/// is the previous, valid value.
 pub fn rejected(
     name: &str,
     declaration: &ParameterDeclaration,
@@ -463,7 +464,7 @@ pub fn rejected(
     }
 }
 
-/// The first element of a list that does not follow the one before it.
+/// The first element of a list that breaks the declared order, with its index; `None` if the list is in order.
 fn misplaced(name: &str, declaration: &ParameterDeclaration, numbers: &[Value]) -> Option<(usize, Misfit)> {
     for (at, pair) in numbers.windows(2).enumerate() {
         let [Value::Number(before), Value::Number(after)] = pair else { continue };
@@ -482,7 +483,7 @@ fn misplaced(name: &str, declaration: &ParameterDeclaration, numbers: &[Value]) 
     None
 }
 
-/// The first rule that a number, or an element of a list, breaks.
+/// The first rule of the declaration that a number or list element breaks; `None` if it breaks none.
 fn misfit(name: &str, declaration: &ParameterDeclaration, number: f64, whole: bool) -> Option<Misfit> {
     if !number.is_finite() {
         let message = format!("the parameter \"{name}\" is {number}");

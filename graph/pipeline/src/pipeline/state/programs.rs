@@ -12,12 +12,12 @@ use umbragraph_text::source::Span;
 
 /// The programs of one pipeline.
 pub(crate) struct Programs {
-    /// A [`ProgramHandle`] is a position here.
+    /// The programs; a [`ProgramHandle`] is an index into this list.
     pub(crate) list: Vec<Arc<Program>>,
     known: BTreeMap<Chosen, Option<ProgramHandle>>,
-    /// The record for the proof of all variants, if there will be one.
+    /// The record for validating all variants together; `None` if this load is not surveyed.
     pub(crate) survey: Option<Survey>,
-    /// The variants whose diagnostics are reported.
+    /// The variants whose own diagnostics were reported, as template name and axis values.
     pub(crate) rejected: BTreeSet<(String, AxisValues)>,
     pub(crate) shaders: Arc<ShaderCache>,
 }
@@ -33,7 +33,8 @@ impl Programs {
         }
     }
 
-    /// The program of a template with chosen axes, in every combination of the mesh properties.
+    /// Returns the program of a template with chosen axes, in every combination of the mesh properties; `None` after a
+    /// diagnostic.
     pub(crate) fn program(
         &mut self,
         chosen: Chosen,
@@ -94,8 +95,8 @@ impl Programs {
         Some(ProgramHandle(self.list.len() as u32 - 1))
     }
 
-    /// The limits that a program's layout exceeds. A variant that exceeds them alone is its shader's diagnostic, and
-    /// does not count here.
+    /// The limits of the profile that a program's layout exceeds. Empty if a single variant exceeds them, which its
+    /// shader's own diagnostic reports.
     fn excess(&self, program: &Program) -> Vec<String> {
         let is_own = |variant: &ProgramVariant| {
             let bindings = variant.module.reflection.bindings.iter();
@@ -107,7 +108,7 @@ impl Programs {
         exceeded_by_layout(program.bindings.iter().map(|binding| &binding.entry), self.shaders.profile())
     }
 
-    /// The diagnostics of bindings with a number that no device of the profile allows.
+    /// Diagnostics for bindings whose group or binding number is above the limits of the profile.
     fn beyond(&self, program: &Program, place: Span) -> Vec<Diagnostic> {
         let (groups, bindings) = (
             self.shaders.profile().limits.max_bind_groups,

@@ -18,7 +18,7 @@ use umbragraph_text::expression::{
 use umbragraph_text::language::{Expr, GeometryDeclaration};
 use umbragraph_text::source::{Sources, Span};
 
-/// Values that a CPU pass reads of blackboard data.
+/// The values that a CPU pass expects a blackboard data resource to publish.
 pub(crate) struct Expected {
     pub(crate) resource: ResourceHandle,
     pub(crate) values: Vec<(String, ValueType)>,
@@ -29,32 +29,32 @@ pub(crate) struct Expected {
 /// The state that all passes of one pipeline share while they are declared.
 pub(crate) struct Shared {
     pub(crate) scope: StaticScope,
-    /// The parameters that each value follows from.
+    /// The parameters on which each value depends.
     pub(crate) dependence: Dependence,
-    /// Values that subgraphs are given and that follow from parameters.
+    /// Arguments and derived values of subgraphs that follow from parameters, by internal names.
     pub(crate) given: BTreeMap<String, Value>,
-    /// The names of the toggles, which expressions cannot see.
+    /// The names of the toggles, which expressions cannot use.
     pub(crate) toggles: Vec<String>,
     pub(crate) resources: Vec<Resource>,
     pub(crate) resource_index: HashMap<String, ResourceHandle>,
     pub(crate) geometry: BTreeMap<String, GeometryDeclaration>,
-    /// The filters that the host of each geometry declares.
+    /// The draw filters that the host of each geometry lists, by geometry contract.
     pub(crate) filters: BTreeMap<String, Vec<String>>,
     pub(crate) programs: Programs,
     pub(crate) diagnostics: Diagnostics,
-    /// Diagnostics about what subgraphs are given; they stand where the subgraph is used.
+    /// Diagnostics about arguments of subgraphs, placed where the subgraph is used.
     pub(crate) argument_errors: Diagnostics,
-    /// Expressions by their text.
+    /// Parsed expressions by their text.
     expressions: HashMap<String, Rc<Expression>>,
-    /// The number of errors in passes that only follow from a diagnostic elsewhere.
+    /// The number of errors in passes that only follow from another diagnostic.
     pub(crate) withheld: usize,
     pub(crate) sources: Sources,
-    /// The values that CPU passes read of one another.
+    /// The values that CPU passes expect other passes to publish.
     pub(crate) expected: Vec<Expected>,
 }
 
 impl Shared {
-    /// The state before any pass is declared.
+    /// Creates the state before any pass is declared.
     pub(crate) fn new(
         scope: StaticScope,
         dependence: Dependence,
@@ -107,7 +107,7 @@ impl Shared {
         })
     }
 
-    /// The parsed text of an expression; what stands in many places is parsed once.
+    /// Parses an expression, or returns the result of an earlier parse of the same text.
     pub(crate) fn parse(&mut self, text: &str) -> Result<Rc<Expression>, ExpressionError> {
         if let Some(known) = self.expressions.get(text) {
             return Ok(known.clone());
@@ -117,7 +117,7 @@ impl Shared {
         Ok(parsed)
     }
 
-    /// Makes structural what an expression follows from, because of what stands at a place.
+    /// Marks the parameters on which an expression depends as structural. `at` makes the use that is the cause.
     pub(crate) fn fix(
         &mut self,
         expression: &Expression,
@@ -129,7 +129,7 @@ impl Shared {
         }
     }
 
-    /// Makes structural what a name follows from, because of the setting at a place.
+    /// Marks the parameters on which a name depends as structural. `at` makes the use that is the cause.
     pub(crate) fn fix_name(&mut self, name: &str, environment: &Environment, at: &dyn Fn() -> Structural) {
         if !self.dependence.is_settled()
             && let Some(name) = environment.followed(name)
@@ -138,7 +138,7 @@ impl Shared {
         }
     }
 
-    /// Makes structural what the expressions in a value follow from.
+    /// Marks the parameters on which the expressions in a document value depend as structural.
     pub(crate) fn fix_all(
         &mut self,
         value: &document::Value,
@@ -165,7 +165,7 @@ impl Shared {
         }
     }
 
-    /// Makes structural what the order and the fallbacks of a pass follow from.
+    /// Marks the parameters on which the order and the fallbacks of a pass depend as structural.
     pub(crate) fn fix_order(&mut self, pass: &Instance<'_>) {
         for key in ["after", "passthrough"] {
             if let Some(value) = pass.entry.value.get(key) {
@@ -174,7 +174,7 @@ impl Shared {
         }
     }
 
-    /// Reports the diagnostics of one instance, each error of a subgraph once.
+    /// Reports the diagnostics of one instance. An error in a subgraph is reported once for all its uses.
     pub(crate) fn report_from(
         &mut self,
         diagnostics: impl IntoIterator<Item = Diagnostic>,
@@ -188,7 +188,8 @@ impl Shared {
         }
     }
 
-    /// The first name of a deferred expression that nothing will ever define.
+    /// The error for the first name in a deferred expression that is not declared anywhere; `None` if all names are
+    /// known.
     pub(crate) fn unknown_name(&self, expression: &Expression) -> Option<ExpressionError> {
         match &expression.kind {
             ExpressionKind::Name(name) => {

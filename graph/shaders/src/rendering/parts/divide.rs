@@ -11,10 +11,10 @@ use super::{Part, Parts, Step};
 use crate::jinja::scan::{Scan, TagKind, WordKind, scan, syntax};
 use crate::rendering::templates::TemplateSet;
 
-/// Includes within includes that are taken apart.
+/// The maximum depth of nested includes that are divided.
 const MAX_DEPTH: usize = 16;
 
-/// Splits a template into parts.
+/// Divides a template into parts; `None` if it cannot be divided.
 pub(super) fn divide(set: &TemplateSet, template: &str) -> Option<Parts> {
     let mut division =
         Division { set, parts: Parts::default(), definitions: Vec::new(), depth: 0, known: BTreeMap::new() };
@@ -22,7 +22,7 @@ pub(super) fn divide(set: &TemplateSet, template: &str) -> Option<Parts> {
     Some(Parts { steps, ..division.parts })
 }
 
-/// A tag that binds names, as it stands before parts that need them.
+/// A tag that assigns names, repeated before each part that needs one of them.
 struct Definition {
     source: String,
     binds: BTreeSet<String>,
@@ -37,19 +37,19 @@ struct Division<'s> {
     known: BTreeMap<String, Arc<Words>>,
 }
 
-/// The names in the text of a template by itself.
+/// The names in a template, without those of included templates.
 #[derive(Default)]
 struct Words {
     binds: BTreeSet<String>,
     mentions: BTreeSet<String>,
-    /// The templates that it includes, imports or extends.
+    /// The names of the templates that are included, imported or extended.
     reaches: BTreeSet<String>,
 }
 
-/// The texts of blocks that override those of the template that is extended: the template, and the block's bytes.
+/// Overriding blocks by block name: the overriding template, and the block's byte range there.
 type Overrides = BTreeMap<String, (String, Range<usize>)>;
 
-/// A template that is being taken apart.
+/// A template that is being divided.
 struct Open<'t> {
     name: &'t str,
     text: &'t str,
@@ -57,13 +57,13 @@ struct Open<'t> {
 }
 
 impl Open<'_> {
-    /// The tag around a byte, or the last one before it.
+    /// The byte range of the tag at `offset`, or of the last tag before it.
     fn tag_at(&self, offset: usize) -> Option<&Range<usize>> {
         let behind = self.scan.tags.partition_point(|tag| tag.range.start <= offset);
         Some(&self.scan.tags.get(behind.checked_sub(1)?)?.range)
     }
 
-    /// The bytes of a statement with all of its tags.
+    /// The byte range of a statement, including its start and end tags.
     fn range(&self, span: Span) -> Option<Range<usize>> {
         let (start, end) = (span.start_offset as usize, span.end_offset as usize);
         Some(self.tag_at(start)?.start..self.tag_at(end.saturating_sub(1))?.end)
@@ -222,7 +222,7 @@ impl Division<'_> {
         Some(())
     }
 
-    /// The steps of a block that overrides another.
+    /// Divides the content of an overriding block.
     fn overriding(&mut self, template: &str, range: Range<usize>) -> Option<Vec<Step>> {
         let text = &self.set.templates.get(template)?.prepared.text;
         let scan = scan(text);
@@ -245,7 +245,7 @@ impl Division<'_> {
         })
     }
 
-    /// A part: a piece of a template behind the definitions that it needs.
+    /// Adds a part: a piece of the template, preceded by the definitions that it needs. Returns its index.
     fn part(&mut self, open: &Open<'_>, source: &str) -> usize {
         let mut mentions = self.mentions(source);
         let mut before = Vec::new();
@@ -260,17 +260,17 @@ impl Division<'_> {
         self.parts.parts.len() - 1
     }
 
-    /// The names that a piece of a template binds for what follows, itself or through what it includes.
+    /// The names that a piece of a template, or a template that it includes, assigns for later pieces.
     fn binds(&mut self, source: &str) -> BTreeSet<String> {
         self.all(source).iter().flat_map(|words| words.binds.iter().cloned()).collect()
     }
 
-    /// The names that a piece of a template mentions, itself or through what it includes.
+    /// The names that a piece of a template, or a template that it includes, mentions.
     fn mentions(&mut self, source: &str) -> BTreeSet<String> {
         self.all(source).iter().flat_map(|words| words.mentions.iter().cloned()).collect()
     }
 
-    /// The words of a piece of a template, and of all templates that it reaches.
+    /// The names of a piece of a template and, separately, of all templates that it reaches.
     fn all(&mut self, source: &str) -> Vec<Arc<Words>> {
         let first = self.words(source);
         let mut open: Vec<String> = first.reaches.iter().cloned().collect();
@@ -323,14 +323,14 @@ impl Division<'_> {
 }
 
 impl Open<'_> {
-    /// The identifiers in the tags.
+    /// Iterates over the identifiers in all tags.
     fn words(&self) -> impl Iterator<Item = &str> {
         let words = self.scan.tags.iter().flat_map(|tag| &tag.words);
         let words = words.filter(|word| word.kind == WordKind::Identifier);
         words.filter_map(|word| self.text.get(word.range.clone()))
     }
 
-    /// The number of block tags with a keyword in a part of the text.
+    /// The number of block tags with this keyword in a byte range.
     fn tags(&self, range: Range<usize>, keyword: &str) -> usize {
         let inside = self.scan.tags.iter().filter(|tag| {
             range.start <= tag.range.start && tag.range.end <= range.end && tag.kind == TagKind::Block
@@ -339,7 +339,8 @@ impl Open<'_> {
     }
 }
 
-/// Collects the names that a text binds for what follows. Loops, `with`, blocks and macros are scopes.
+/// Collects the names that a template assigns in its outermost scope. Loops, `with`, blocks and macros have their own
+/// scopes.
 fn bound(text: &str, names: &mut BTreeSet<String>) {
     fn of(all: &[Stmt<'_>], names: &mut BTreeSet<String>) {
         for one in all {
@@ -381,7 +382,7 @@ fn bound(text: &str, names: &mut BTreeSet<String>) {
     }
 }
 
-/// The step with nothing written.
+/// Converts a step so that it only reads axes and writes nothing; `None` for literal text.
 fn silent(step: Step) -> Option<Step> {
     match step {
         Step::Part(part) => Some(Step::Branch { condition: part, then: Vec::new(), otherwise: Vec::new() }),
@@ -393,7 +394,7 @@ fn silent(step: Step) -> Option<Step> {
     }
 }
 
-/// The text of an expression that is one.
+/// The value of a string literal; `None` for any other expression.
 fn constant<'e>(one: &'e Expr<'_>) -> Option<&'e str> {
     match one {
         Expr::Const(constant) => constant.value.as_str(),

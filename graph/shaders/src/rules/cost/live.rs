@@ -6,11 +6,11 @@ use std::ops::Range;
 
 use naga::{Expression, Handle};
 
-/// A clock of the statements and values of a function.
+/// The live ranges of a function's values. Time is counted in statements and expressions.
 #[derive(Debug, Default)]
 pub(super) struct Lives {
     now: usize,
-    /// The scalars of each expression, the position that makes it, and its last use.
+    /// For each expression: its number of scalars, and the times of its creation and of its last use.
     values: Vec<Option<(u64, usize, usize)>>,
     loops: Vec<Range<usize>>,
 }
@@ -20,7 +20,7 @@ impl Lives {
         self.now
     }
 
-    /// The next moment.
+    /// Advances the time by one step and returns it.
     pub(super) fn tick(&mut self) -> usize {
         self.now += 1;
         self.now
@@ -40,12 +40,12 @@ impl Lives {
         }
     }
 
-    /// A loop that began at a moment and ends now.
+    /// Records a loop that began at time `began` and ends now.
     pub(super) fn end_loop(&mut self, began: usize) {
         self.loops.push(began..self.now);
     }
 
-    /// The scalars alive at each moment.
+    /// Returns the number of live scalars at each time.
     pub(super) fn alive(mut self) -> Vec<u64> {
         // Inner loops end before outer ones.
         for inside in &self.loops {

@@ -22,38 +22,38 @@ use std::hash::Hash;
 
 pub(crate) use walk::{lines, of};
 
-/// The number of times that a loop is taken to run whose bounds are not known.
+/// The assumed number of iterations of a loop with unknown bounds.
 pub(crate) const UNKNOWN_TRIPS: u64 = 8;
 
-/// The operations of a function or of an entry point.
+/// The numbers of operations of a function or an entry point, per invocation.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 #[non_exhaustive]
 pub struct Operations {
-    /// Scalar operations: a `vec3f` multiplied counts three. Division, square roots and what is like them count four,
-    /// `pow` eight.
+    /// Scalar operations: a `vec3f` multiplication counts as 3. Division, square root and similar functions count as 4
+    /// per scalar, `pow` as 8.
     pub arithmetic: u64,
     /// Scalars read from uniform, storage and workgroup memory.
     pub reads: u64,
     /// Texels read without a sampler.
     pub texture_reads: u64,
-    /// Textures sampled or gathered.
+    /// Texture samples and gathers without a depth comparison.
     pub samples: u64,
-    /// Textures sampled or gathered with a comparison.
+    /// Texture samples and gathers with a depth comparison.
     pub comparisons: u64,
-    /// Scalars written to storage and workgroup memory, and channels to storage textures.
+    /// Scalars written to storage and workgroup memory, and channels written to storage textures.
     pub writes: u64,
     /// Atomic operations.
     pub atomics: u64,
-    /// Branches and loop conditions.
+    /// Executed branches (`if`, `switch`) and `break if` conditions.
     pub branches: u64,
-    /// Loops whose number of runs is not known.
+    /// Loops with an unknown number of iterations.
     pub unknown_loops: u64,
 }
 
-/// A kind of operations: its name, the scalar operations that one counts for, and how many there are.
+/// A kind of operation: its name, its cost in scalar operations, and a function that returns its count.
 pub type Weight = (&'static str, u64, fn(&Operations) -> u64);
 
-/// The scalar operations that one of each kind counts for.
+/// The cost of each kind of operation, in scalar operations.
 pub const WEIGHTS: [Weight; 8] = [
     ("arithmetic", 1, |each| each.arithmetic),
     ("reads", 2, |each| each.reads),
@@ -65,20 +65,20 @@ pub const WEIGHTS: [Weight; 8] = [
     ("branches", 4, |each| each.branches),
 ];
 
-/// The cost of an entry point with all that it calls.
+/// The cost of an entry point, including all called functions.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 #[non_exhaustive]
 pub struct Cost {
-    /// All operations by their weights.
+    /// The weighted sum of all operations, in scalar operations.
     pub total: u64,
-    /// The operations.
+    /// The number of operations of each kind.
     #[serde(flatten)]
     pub operations: Operations,
-    /// The most scalars alive at once.
+    /// The maximum number of scalars that are live at once.
     pub registers: u64,
 }
 
-/// The operations of a function by itself, which knows others by `K`.
+/// The operations of a function without its callees. `K` is the key type that identifies functions.
 #[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Spent<K> {
     pub(crate) operations: Operations,
@@ -86,12 +86,12 @@ pub(crate) struct Spent<K> {
     pub(crate) calls: Vec<Call<K>>,
 }
 
-/// A call of a function.
+/// A call of a function: its callee and the number of executions.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Call<K> {
     pub(crate) callee: K,
     pub(crate) times: u64,
-    /// The scalars of the caller that are alive meanwhile.
+    /// The number of scalars in the caller that are live during the call.
     pub(crate) live: u64,
 }
 
@@ -111,7 +111,7 @@ impl Operations {
         [arithmetic, reads, texture_reads, samples, comparisons, writes, atomics, branches, unknown_loops]
     }
 
-    /// Adds others, as often as they run.
+    /// Adds other operations, multiplied by the number of their executions.
     fn add(&mut self, mut others: Self, times: u64) {
         for (own, other) in self.all().into_iter().zip(others.all()) {
             *own = own.saturating_add(other.saturating_mul(times));
@@ -124,7 +124,7 @@ impl Operations {
 }
 
 impl<K> Spent<K> {
-    /// The costs with other keys for called functions; calls of unknown functions are left out.
+    /// Converts the keys of called functions; calls without a new key are left out.
     pub(crate) fn by<L>(&self, id: impl Fn(&K) -> Option<L>) -> Spent<L> {
         let call =
             |call: &Call<K>| Some(Call { callee: id(&call.callee)?, times: call.times, live: call.live });
@@ -133,7 +133,7 @@ impl<K> Spent<K> {
     }
 }
 
-/// The cost of an entry point, of all functions of its module.
+/// Returns the cost of an entry point, given all functions of its module.
 pub(crate) fn total<'f, K: Eq + Hash>(entry: &'f K, functions: &HashMap<&'f K, &'f Spent<K>>) -> Cost {
     let (operations, registers) = sum(entry, functions, &mut HashMap::new());
     Cost { total: operations.weighted(), operations, registers }

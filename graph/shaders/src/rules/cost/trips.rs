@@ -13,10 +13,10 @@ use naga::{
 
 use crate::written::ir;
 
-/// The values of variables where they are known: constants that were stored last.
+/// The constants last stored in local variables; `None` for a variable with an unknown value.
 pub(super) type Known = HashMap<Handle<LocalVariable>, Option<i64>>;
 
-/// The constant that a variable starts with.
+/// The constant with which a variable is initialized; `None` if its initial value is not constant.
 pub(super) fn initial(module: &Module, function: &Function, variable: Handle<LocalVariable>) -> Option<i64> {
     match function.local_variables[variable].init {
         Some(init) => constant(module, function, init),
@@ -25,7 +25,7 @@ pub(super) fn initial(module: &Module, function: &Function, variable: Handle<Loc
     }
 }
 
-/// The largest value that an integer expression can have: its own, or the constant side of a minimum.
+/// An upper bound of an integer expression: its constant value, or a constant argument of `min`. `None` if unknown.
 fn at_most(module: &Module, function: &Function, at: Handle<Expression>) -> Option<i64> {
     match function.expressions[at] {
         Expression::Math { fun: MathFunction::Min, arg, arg1: Some(other), .. } => {
@@ -36,7 +36,7 @@ fn at_most(module: &Module, function: &Function, at: Handle<Expression>) -> Opti
     }
 }
 
-/// The value of an integer expression, if it is constant.
+/// The value of an integer expression; `None` if it is not constant. Overrides count with their default.
 pub(super) fn constant(module: &Module, function: &Function, at: Handle<Expression>) -> Option<i64> {
     let global = |init| match module.global_expressions[init] {
         Expression::Literal(literal) => integer(literal),
@@ -65,7 +65,7 @@ fn integer(literal: Literal) -> Option<i64> {
     }
 }
 
-/// The number of times that the body of a loop runs at most.
+/// Returns the maximum number of iterations of a loop; `None` if unknown.
 pub(super) fn trips(
     module: &Module,
     function: &Function,
@@ -130,12 +130,12 @@ pub(super) fn trips(
     u64::try_from(distance.max(0)).ok().map(|distance| distance.div_ceil(step.unsigned_abs()))
 }
 
-/// Whether a block may write a variable.
+/// Returns `true` if a block may write a variable.
 pub(super) fn writes(function: &Function, block: &Block, variable: Handle<LocalVariable>) -> bool {
     count(function, block, variable) > 0
 }
 
-/// The statements of a block that may write a variable.
+/// Counts the statements in a block that may write a variable.
 fn count(function: &Function, block: &Block, variable: Handle<LocalVariable>) -> usize {
     let is_it = |at: &Handle<Expression>| matches!(function.expressions[ir::base(function, *at)], Expression::LocalVariable(own) if own == variable);
     let of = |statement: &Statement| {

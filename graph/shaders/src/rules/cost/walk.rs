@@ -14,14 +14,14 @@ use super::trips::{self, Known};
 use super::{Call, Operations, Spent, UNKNOWN_TRIPS};
 use crate::written::ir;
 
-/// The operations of a validated function by itself.
+/// Counts the operations of a validated function, without those of its callees.
 pub(crate) fn of(module: &Module, function: &Function, info: &FunctionInfo) -> Spent<String> {
     let mut walk = Walk::new(module, function, info);
     walk.block(&function.body, 1);
     walk.finish()
 }
 
-/// The cost of every place of a validated module in its text, through all calls of an entry point.
+/// Returns the cost of each byte range in a module's WGSL, for one entry point including called functions.
 pub(crate) fn lines(module: &Module, info: &ModuleInfo, entry_point: &str) -> Vec<(Range<usize>, u64)> {
     let entries = module.entry_points.iter().enumerate().filter(|(_, entry)| entry.name == entry_point);
     let mut open: Vec<(&Function, &FunctionInfo, u64)> =
@@ -51,11 +51,11 @@ struct Walk<'m> {
     function: &'m Function,
     info: &'m FunctionInfo,
     operations: Operations,
-    /// Calls with the moment of each.
+    /// The calls, each with its time in [`Lives`].
     calls: Vec<(Call<&'m str>, usize)>,
     known: Known,
     lives: Lives,
-    /// The cost of places in the text.
+    /// The costs of byte ranges in the WGSL.
     places: Vec<(Range<usize>, u64)>,
 }
 
@@ -205,7 +205,7 @@ impl<'m> Walk<'m> {
         }
     }
 
-    /// Forgets the variables that the blocks of a statement write: they may run, or not, or again.
+    /// Marks variables as unknown that the blocks of a statement write, since the blocks may run any number of times.
     fn forget(&mut self, statement: &Statement) {
         for block in ir::blocks(statement) {
             let written = |variable: &_| trips::writes(self.function, block, *variable);
@@ -216,7 +216,7 @@ impl<'m> Walk<'m> {
         }
     }
 
-    /// Whether a pointer is into memory that invocations share.
+    /// Returns `true` if a pointer refers to memory that is shared between invocations or with the host.
     fn is_shared(&self, pointer: Handle<Expression>) -> bool {
         let space = match self.inner(pointer) {
             TypeInner::Pointer { space, .. } | TypeInner::ValuePointer { space, .. } => *space,
@@ -269,7 +269,7 @@ impl<'m> Walk<'m> {
     }
 }
 
-/// The scalar operations of a function of WGSL.
+/// The cost of a WGSL built-in function in scalar operations. `argument` and `result` are numbers of scalars.
 fn math(fun: MathFunction, argument: u64, result: u64) -> u64 {
     use MathFunction as M;
     match fun {
@@ -306,7 +306,7 @@ fn math(fun: MathFunction, argument: u64, result: u64) -> u64 {
     }
 }
 
-/// The number of scalars in a value of a type; 0 for textures, samplers and pointers.
+/// The number of scalars in a value of this type; 0 for textures, samplers, pointers and runtime-sized arrays.
 fn scalars_of(module: &Module, inner: &TypeInner) -> u64 {
     let of = |ty| scalars_of(module, &module.types[ty].inner);
     match *inner {

@@ -13,14 +13,14 @@ use crate::written::ir;
 
 /// The variable or memory that a pointer is derived from.
 enum Root {
-    /// A variable of the function, or the target of a pointer argument: the index of its value.
+    /// A local variable, or the target of a pointer argument: its index in `Walk::state`.
     Variable(usize),
-    /// Memory of this space, with the name of its variable.
+    /// Memory in an address space, with the name of the variable.
     Memory(AddressSpace, String),
 }
 
 impl Walk<'_> {
-    /// The node of a value that has been made.
+    /// The graph node of an evaluated expression.
     pub(super) fn value(&self, handle: Handle<Expression>) -> Node {
         let made = self.values.get(handle.index()).copied().flatten();
         made.unwrap_or_else(|| match &self.function.expressions[handle] {
@@ -37,7 +37,8 @@ impl Walk<'_> {
         })
     }
 
-    /// Makes the value of an expression where it is evaluated.
+    /// Creates the graph node of an expression at the statement that evaluates it. `flow` is the node of the control
+    /// flow.
     pub(super) fn emit(&mut self, handle: Handle<Expression>, flow: Node) {
         let function = self.function;
         let span = function.expressions.get_span(handle);
@@ -82,13 +83,13 @@ impl Walk<'_> {
         self.values[handle.index()] = Some(node);
     }
 
-    /// The outcome of a statement that may differ.
+    /// Creates the node of a result that may differ between invocations, such as that of an atomic.
     pub(super) fn differs(&mut self, result: Handle<Expression>, flow: Node, span: Span, what: &str) {
         let text = format!("what {what} gives may differ between invocations");
         self.values[result.index()] = Some(self.graph.noted(&[flow, self.differing], span, text));
     }
 
-    /// Subgroup operations: where they stand, and the distances that have to be uniform.
+    /// Requires uniform control flow for a subgroup operation, and a uniform distance for shuffles.
     pub(super) fn subgroup(&mut self, statement: &Statement, span: Span, flow: Node) {
         self.need(Operation::Subgroup, span, &[flow], false);
         if let Statement::SubgroupGather {
@@ -101,7 +102,7 @@ impl Walk<'_> {
         }
     }
 
-    /// Demands that nodes are uniform, as far as the module's diagnostic filters let it.
+    /// Requires that all of `nodes` are uniform, with the severity from the module's diagnostic filters.
     pub(super) fn need(&mut self, operation: Operation, place: Span, nodes: &[Node], is_value: bool) {
         let warning = match self.severity(operation) {
             Severity::Off => return,
@@ -137,7 +138,7 @@ impl Walk<'_> {
         Severity::Error
     }
 
-    /// The node of what stands behind a pointer; of what is no pointer, nothing that differs.
+    /// The node of the value that a pointer refers to. An expression that is no pointer counts as uniform.
     pub(super) fn contents_of(&self, pointer: Handle<Expression>) -> Node {
         match self.root(pointer) {
             Some(Root::Variable(slot)) => self.state[slot],
@@ -146,7 +147,7 @@ impl Walk<'_> {
         }
     }
 
-    /// Gives the variable behind a pointer a new value. What points to a part of it leaves the rest as it was.
+    /// Assigns a new value to the variable that a pointer refers to. A write to a part keeps the old dependencies.
     pub(super) fn store(&mut self, pointer: Handle<Expression>, depends_on: &[Node], span: Span) {
         let Some(slot) = self.slot(pointer) else { return };
         let mut depends_on = depends_on.to_vec();
@@ -164,7 +165,7 @@ impl Walk<'_> {
         };
     }
 
-    /// The position of the variable of the function that a pointer goes back to.
+    /// The index in `Walk::state` of the variable that a pointer refers to; `None` for other memory.
     pub(super) fn slot(&self, pointer: Handle<Expression>) -> Option<usize> {
         match self.root(pointer)? {
             Root::Variable(slot) => Some(slot),

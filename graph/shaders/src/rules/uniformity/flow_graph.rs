@@ -12,7 +12,7 @@ pub(super) type Node = u32;
 
 const NONE: Node = Node::MAX;
 
-/// A note on one step of a reason.
+/// A message about one step of the path that explains a non-uniform value.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Note {
     pub(super) span: Span,
@@ -21,7 +21,7 @@ pub(super) struct Note {
 
 #[derive(Debug, Default)]
 pub(super) struct FlowGraph {
-    /// For each node, the nodes that depend on it.
+    /// For each node, the nodes that depend on it directly.
     dependents: Vec<Vec<Node>>,
     notes: HashMap<Node, Note>,
 }
@@ -44,7 +44,7 @@ impl FlowGraph {
         self.dependents[to as usize].push(from);
     }
 
-    /// The nodes that depend on `target`, directly or not.
+    /// Returns the nodes that depend on `target`, directly or indirectly.
     pub(super) fn depending_on(&self, target: Node) -> Depending<'_> {
         let mut next = vec![NONE; self.dependents.len()];
         next[target as usize] = target;
@@ -61,7 +61,7 @@ impl FlowGraph {
     }
 }
 
-/// The nodes that depend on one, each with the next on its way there.
+/// The nodes that depend on a target node; for each, the next node on a shortest path to the target.
 #[derive(Debug)]
 pub(super) struct Depending<'a> {
     graph: &'a FlowGraph,
@@ -73,7 +73,7 @@ impl Depending<'_> {
         self.next[node as usize] != NONE
     }
 
-    /// The notes on the way from a node, each place once.
+    /// The notes on the path from a node to the target; of several notes with one span, only the first.
     pub(super) fn reasons(&self, mut node: Node) -> Vec<Note> {
         let mut reasons: Vec<Note> = Vec::new();
         while self.has(node) {

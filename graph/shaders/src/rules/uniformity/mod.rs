@@ -36,15 +36,15 @@ use summary::Finding;
 pub(crate) use summary::Summary;
 use walk::Walk;
 
-/// The maximum number of places that a message names on the way to a reason.
+/// The maximum number of places in the code that one message names as reasons.
 const REASONS: usize = 6;
 
-/// Uniformity violations in the order of the text; warnings if the module lowers their severity.
+/// Returns the uniformity violations in source order. They are warnings if the module lowers their severity.
 pub(crate) fn found(module: &Module) -> Vec<Rejection> {
     if demands(module) { analysis(module).1 } else { Vec::new() }
 }
 
-/// The summary of each function for its callers, and the violations.
+/// Returns the summary of each function for its callers, and all uniformity violations.
 pub(crate) fn analysis(module: &Module) -> (HashMap<Handle<Function>, Summary>, Vec<Rejection>) {
     let mut summaries: HashMap<_, Summary> = HashMap::new();
     let mut findings = Vec::new();
@@ -62,7 +62,7 @@ pub(crate) fn analysis(module: &Module) -> (HashMap<Handle<Function>, Summary>, 
     (summaries, findings.into_iter().map(rejection).collect())
 }
 
-/// Whether there is anything that needs uniform control flow.
+/// Returns `true` if the module may contain an operation that needs uniform control flow.
 fn demands(module: &Module) -> bool {
     let has_stage = |stage| module.entry_points.iter().any(|each| each.stage == stage);
     has_stage(ShaderStage::Compute)

@@ -8,7 +8,7 @@ use super::flow_graph::Note;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Operation {
     Derivative,
-    /// Sampling with a level from derivatives, with or without a comparison.
+    /// Sampling with an implicit level, with or without a depth comparison.
     Sample {
         compares: bool,
     },
@@ -52,19 +52,19 @@ impl Operation {
     }
 }
 
-/// Something that has to be uniform.
+/// A requirement that control flow or a value is uniform.
 #[derive(Clone, Debug)]
 pub(super) struct Need {
     pub(super) operation: Operation,
-    /// Whether the module lowers its severity to a warning.
+    /// Whether the module lowers the severity to a warning.
     pub(super) warning: bool,
     /// The place in this function: the operation, or the call that leads to it.
     pub(super) place: Span,
-    /// The called function, if the place is a call and not the operation itself.
+    /// The name of the called function if `place` is a call; `None` if it is the operation itself.
     pub(super) called: Option<String>,
-    /// Whether a value must be uniform, and not only the control flow.
+    /// Whether a value must be uniform as well, not only the control flow.
     pub(super) is_value: bool,
-    /// The path from that place to the operation.
+    /// The calls on the path from `place` to the operation.
     pub(super) way: Vec<Note>,
 }
 
@@ -87,7 +87,7 @@ impl Need {
         }
     }
 
-    /// The requirement as it stands at a call of the function that has it.
+    /// Converts a requirement of `function` to a requirement at a call of it.
     pub(super) fn called_at(&self, place: Span, function: &str, is_value: bool) -> Self {
         let text = match &self.called {
             None => format!("{} is here", self.operation.name()),
@@ -99,44 +99,44 @@ impl Need {
     }
 }
 
-/// A value or control flow that may differ but must be uniform, with the reasons.
+/// A violation of a requirement, with the reasons.
 #[derive(Debug)]
 pub(super) struct Finding {
     pub(super) need: Need,
     pub(super) reasons: Vec<Note>,
 }
 
-/// Something that the caller passes.
+/// An input from the caller.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Passed {
     /// The value of an argument.
     Argument(usize),
-    /// The value behind a pointer argument before the call.
+    /// The value before the call that a pointer argument refers to.
     Contents(usize),
 }
 
-/// The dependencies of a result.
+/// The dependencies of a function's output.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Origin {
-    /// The reasons why it may differ for any arguments; `None` if it cannot.
+    /// The reasons for differing between invocations regardless of arguments; `None` if there are none.
     pub(super) differs: Option<Vec<Note>>,
     pub(super) passed: Vec<Passed>,
 }
 
 #[derive(Debug, Default)]
 pub(crate) struct Summary {
-    /// Needs for a uniform control flow at the call.
+    /// Requirements that the control flow at the call is uniform.
     pub(super) flow: Vec<Need>,
-    /// Needs for a uniform argument.
+    /// Requirements that an input is uniform.
     pub(super) values: Vec<(Passed, Need)>,
     pub(super) result: Origin,
-    /// The dependencies of the values behind pointer arguments after the call; `None` for an argument that is no
-    /// pointer to a function variable.
+    /// The dependencies of the values that pointer arguments refer to after the call. `None` for an argument that is
+    /// no pointer into the `function` address space.
     pub(super) contents: Vec<Option<Origin>>,
 }
 
 impl Summary {
-    /// All of it that decides what a caller may do, without places.
+    /// A string of all properties that affect callers, without places.
     pub(crate) fn digest(&self) -> String {
         let need = |need: &Need| (need.operation, need.warning, need.is_value);
         let flow: Vec<_> = self.flow.iter().map(need).collect();

@@ -16,7 +16,7 @@ use super::flow_graph::{FlowGraph, Node, Note};
 use super::summary::{Finding, Need, Operation, Origin, Passed, Summary};
 use crate::written::ir;
 
-/// The ways a statement can end, as bits.
+/// A bit set of the ways in which a statement can end.
 type Ends = u8;
 
 const NEXT: Ends = 1;
@@ -24,10 +24,11 @@ const BREAK: Ends = 2;
 const CONTINUE: Ends = 4;
 const RETURN: Ends = 8;
 
-/// A loop or switch that is being walked.
+/// The state of a loop or switch during the walk.
 struct Frame {
     is_loop: bool,
-    /// The variables that are assigned in it, with their values at its end, and at the end of a round.
+    /// The assigned variables: index in `Walk::state`, the value's node at the exit, and its node at the end of an
+    /// iteration. `None` if not reached yet.
     assigned: Vec<(usize, Option<Node>, Option<Node>)>,
 }
 
@@ -41,17 +42,18 @@ pub(super) struct Walk<'a> {
     pub(super) differing: Node,
     /// The node of values that are equal in all invocations.
     pub(super) uniform: Node,
-    /// The control flow of the call.
+    /// The node of the control flow at the function's start.
     start: Node,
     pub(super) values: Vec<Option<Node>>,
     pub(super) arguments: Vec<Node>,
-    /// Nodes of the value behind each pointer parameter, before and after the call.
+    /// The nodes of the value that each pointer argument refers to, before and after the call; `None` for other
+    /// arguments.
     contents: Vec<Option<(Node, Node)>>,
-    /// The values of local variables, then those behind pointer arguments.
+    /// The nodes of the current values: first local variables, then the targets of arguments.
     pub(super) state: Vec<Node>,
     result: Node,
     frames: Vec<Frame>,
-    /// The demands for uniformity, each with the node that it concerns.
+    /// The uniformity requirements, each with the node that must be uniform.
     pub(super) needs: Vec<(Need, Node)>,
 }
 
@@ -106,7 +108,7 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// Returns the summary for callers, and the violations inside the function itself.
+    /// Walks the function. Returns its summary for callers, and the violations inside it.
     pub(super) fn summary(mut self) -> (Summary, Vec<Finding>) {
         let (_, ends) = self.block(&self.function.body, self.start);
         if ends & NEXT != 0 {
@@ -322,7 +324,7 @@ impl<'a> Walk<'a> {
         self.graph.noted(&[value, flow], span, "this decides which invocations go on")
     }
 
-    /// Merges the values of variables at the end of another way to this place.
+    /// Merges the variables' values at a join of two control-flow paths. If not `both`, only `other` reaches it.
     fn meet(&mut self, other: Vec<Node>, both: bool) {
         if !both {
             self.state = other;
@@ -335,8 +337,8 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// Carries the values of variables to the end of the innermost loop or switch, or of the round of the innermost
-    /// loop.
+    /// Adds the current values to the exit of the innermost loop or switch, or with `is_round` to the next iteration
+    /// of the innermost loop.
     fn leave(&mut self, is_round: bool) {
         let mut frames = self.frames.iter_mut().rev();
         let Some(frame) = frames.find(|frame| frame.is_loop || !is_round) else { return };
@@ -347,7 +349,8 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// The values of variables where the rounds of a loop come together.
+    /// Merges the variables' values at the end of a loop's body. `is_reached` is `true` if the end is reached without
+    /// `continue`.
     fn join_rounds(&mut self, is_reached: bool) {
         let Some(frame) = self.frames.last() else { return };
         for (slot, _, round) in &frame.assigned {
@@ -359,7 +362,8 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// The values of variables behind a loop or switch; `also_end` where its end is reached without a `break` too.
+    /// Merges the variables' values after a loop or switch. `also_end` is `true` if its end is also reached without
+    /// `break`.
     fn join_exits(&mut self, also_end: bool) {
         let Some(frame) = self.frames.pop() else { return };
         for (slot, exit, _) in frame.assigned {
@@ -429,7 +433,7 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// The local variables and pointers that are assigned in blocks.
+    /// The variables that the blocks assign, as indices in `Walk::state`, with empty exit values.
     fn assigned<'b>(
         &self,
         blocks: impl IntoIterator<Item = &'b Block>,
@@ -453,7 +457,7 @@ impl<'a> Walk<'a> {
     }
 }
 
-/// Whether an argument of an entry point is the same in all invocations of a workgroup.
+/// Returns `true` if an argument of an entry point is the same in all invocations of a workgroup.
 fn is_same_everywhere(module: &Module, argument: &naga::FunctionArgument) -> bool {
     let same = [Binding::BuiltIn(BuiltIn::WorkGroupId), Binding::BuiltIn(BuiltIn::NumWorkGroups)];
     ir::inputs_of(module, argument).iter().all(|input| same.contains(input.binding))

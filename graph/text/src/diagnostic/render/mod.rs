@@ -20,7 +20,7 @@ use super::{Count, Diagnostic, Extent, Place, Severity, counted};
 use crate::document::pointer_join;
 use crate::source::{FileId, Sources};
 
-/// One diagnostic for people: message, source line with a mark, related places, help.
+/// Renders one diagnostic as plain text: message, source line with a mark, related places and help.
 ///
 /// ```
 /// use umbragraph_text::diagnostic::{codes, render, Diagnostic};
@@ -71,7 +71,7 @@ pub fn human(diagnostic: &Diagnostic, sources: &Sources) -> String {
     visible(&text).into_owned()
 }
 
-/// The longest line that is shown whole.
+/// The maximum length, in bytes, of a source line that is shown in full.
 const MAX_LINE: usize = 300;
 
 fn is_long(sources: &Sources, file: FileId, start: usize) -> bool {
@@ -80,7 +80,7 @@ fn is_long(sources: &Sources, file: FileId, start: usize) -> bool {
     file.line(position.line).len() > MAX_LINE
 }
 
-/// A diagnostic in a line too long to be shown: the characters around its place.
+/// Renders a diagnostic with an excerpt of the source line around its place, for lines longer than [`MAX_LINE`].
 fn compact(diagnostic: &Diagnostic, sources: &Sources, notes: &[String]) -> String {
     let severity = diagnostic.severity.name();
     let mut text = format!("{severity}[{}]: {}\n", diagnostic.code, super::shorten(&diagnostic.message));
@@ -103,10 +103,10 @@ fn compact(diagnostic: &Diagnostic, sources: &Sources, notes: &[String]) -> Stri
     text
 }
 
-/// The maximum number of diagnostics that are shown; beyond them only their number.
+/// The maximum number of diagnostics that are rendered; the others are only counted.
 const MAX_SHOWN: usize = 200;
 
-/// All diagnostics for people, one after the other (two hundred at most), and a closing line that counts them.
+/// Renders up to 200 diagnostics as plain text, followed by a line with the numbers of errors and warnings.
 pub fn human_all<'a>(diagnostics: impl IntoIterator<Item = &'a Diagnostic>, sources: &Sources) -> String {
     let mut text = String::new();
     let (mut errors, mut warnings) = (0, 0);
@@ -133,7 +133,7 @@ pub fn human_all<'a>(diagnostics: impl IntoIterator<Item = &'a Diagnostic>, sour
     text
 }
 
-/// One diagnostic as an annotation that GitHub shows at its line of a pull request: one line of text.
+/// Renders one diagnostic as a GitHub Actions annotation on one line, such as `::error file=…::message`.
 pub fn github(diagnostic: &Diagnostic, sources: &Sources) -> String {
     let level = match diagnostic.severity {
         Severity::Note => "notice",
@@ -170,14 +170,14 @@ pub fn github(diagnostic: &Diagnostic, sources: &Sources) -> String {
     format!("::{level} {}title={title}::{}\n", place.unwrap_or_default(), escape(&message))
 }
 
-/// One diagnostic as a JSON object: `code`, `severity`, `message`, `place` (`file`, `line`, `column`, `end_line`,
-/// `end_column`, `pointer`), `related`, `help`, `fix` (a list of edits, each with
-/// `place` and `replacement`).
+/// Returns one diagnostic as a JSON object: `code`, `title`, `severity`, `message`, `place` (`file`, `line`, `column`,
+/// `end_line`, `end_column`, `pointer`), `related`, `help`, `fix` (a list of edits, each with `place` and
+/// `replacement`).
 ///
-/// A diagnostic about variants of shader templates has four further members. `variants` is the number of variants that
-/// show it. `provoked_by` has values by the names of axes, minimal, of the first template. `profiles` has the names of
-/// the profiles that show it. `templates` has for each template `template`, `variants`, `of_variants`, `configurations`
-/// with `number` and `exact`, `provoked_by`, `profiles`.
+/// A diagnostic about shader variants has four further members. `variants` is the number of affected variants.
+/// `provoked_by` is a minimal set of axis values that causes the diagnostic in the first template. `profiles` lists the
+/// names of the affected target profiles. `templates` has one object for each template: `template`, `variants`,
+/// `of_variants`, `configurations` (`number` and `exact`), `provoked_by` and `profiles`.
 pub fn json(diagnostic: &Diagnostic, sources: &Sources) -> serde_json::Value {
     let mut value = serde_json::json!({
         "code": diagnostic.code.id,
@@ -238,14 +238,15 @@ fn json_place(place: &Place, pointer: &str, sources: &Sources) -> serde_json::Va
     }
 }
 
-/// A JSON pointer as seen from its file. A subgraph in a file of its own stands in the composed document under its
-/// path.
+/// Converts a JSON pointer into the composed document to one into the file `name`. The composed document holds a
+/// subgraph file under `/subgraphs` and the path of the file.
 fn in_file<'a>(name: &str, pointer: &'a str) -> &'a str {
     let below = pointer.strip_prefix(pointer_join("/subgraphs", name).as_str());
     below.filter(|below| below.is_empty() || below.starts_with('/')).unwrap_or(pointer)
 }
 
-/// [`Sources`] as codespan wants to see them; offsets are clamped, so that no diagnostic can make rendering fail.
+/// Adapts [`Sources`] to codespan's [`Files`] trait. Offsets are clamped, so that an invalid span cannot make rendering
+/// fail.
 struct View<'a>(&'a Sources);
 
 impl<'a> Files<'a> for View<'a> {

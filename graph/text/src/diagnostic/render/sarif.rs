@@ -15,7 +15,7 @@ use crate::source::{Sources, Span};
 const SCHEMA: &str =
     "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sarif-schema-2.1.0.json";
 
-/// All diagnostics as one SARIF log.
+/// Returns the diagnostics as one SARIF 2.1.0 log.
 pub fn sarif<'a>(diagnostics: impl IntoIterator<Item = &'a Diagnostic>, sources: &Sources) -> Json {
     let diagnostics: Vec<&Diagnostic> = diagnostics.into_iter().collect();
     let codes: BTreeMap<&str, Code> =
@@ -119,7 +119,7 @@ fn mending(diagnostic: &Diagnostic, fix: &Fix, sources: &Sources) -> Option<Json
     Some(json!({ "description": { "text": text }, "artifactChanges": changes }))
 }
 
-/// A path as a relative or `file:` reference of RFC 3986.
+/// Returns a path as a URI reference (RFC 3986): a `file:` URI if it is absolute, otherwise a relative reference.
 fn uri(path: &str) -> String {
     let mut text = String::with_capacity(path.len());
     for byte in path.replace('\\', "/").bytes() {

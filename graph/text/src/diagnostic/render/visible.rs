@@ -9,12 +9,14 @@
 
 use std::borrow::Cow;
 
-/// The text with `\u{1b}` for each control character; line ends and tabs stay.
+/// Escapes control and bidirectional characters as Rust does, such as `\u{1b}`, so that a terminal does not interpret
+/// them. Line feeds and tabs stay.
 pub fn visible(text: &str) -> Cow<'_, str> {
     written(text, |character| format!("\\u{{{:x}}}", u32::from(character)))
 }
 
-/// JSON with `\u001b` for each such character: the same values.
+/// Escapes control and bidirectional characters in JSON source as JSON does, such as `\u001b`. The JSON values stay the
+/// same.
 pub fn visible_json(text: &str) -> Cow<'_, str> {
     // All of them are in the basic plane.
     written(text, |character| format!("\\u{:04x}", u32::from(character)))
@@ -36,7 +38,7 @@ fn written(text: &str, write: impl Fn(char) -> String) -> Cow<'_, str> {
     result.into()
 }
 
-/// Whether a character tells a terminal what to do, or turns the order of others.
+/// Whether a character is a control character for terminals, or changes the direction of text.
 fn is_command(character: char) -> bool {
     let is_bidirectional = matches!(
         character,

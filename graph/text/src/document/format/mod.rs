@@ -28,13 +28,14 @@ use crate::diagnostic::Diagnostics;
 use crate::edit::{Edits, between};
 use crate::source::{FileId, Sources};
 
-/// The longest line, in characters, that members are gathered on. A key with its scalar, or a comment, may be longer.
+/// The maximum width, in characters, of a line that holds several members. A key with its scalar, or a comment, may be
+/// longer.
 pub const WIDTH: usize = 140;
 
-/// The number of spaces that each level is moved in by.
+/// The number of spaces of indentation for each level.
 pub(crate) const INDENT: usize = 2;
 
-/// The edits that give a registered text its canonical layout, comments kept.
+/// Returns the edits that give a registered source text the canonical layout, with its comments kept.
 ///
 /// # Errors
 /// The diagnostics of [`parse`].
@@ -44,7 +45,8 @@ pub fn format(sources: &Sources, file: FileId) -> Result<Edits, Diagnostics> {
     Ok(between(&text, &print::print(&scan::scan(&text))))
 }
 
-/// A document as strict JSON (RFC 8259): no comments, and one layout for equal values, however their text was written.
+/// Prints a document as strict JSON (RFC 8259) without comments. Equal values give equal text, whatever the layout of
+/// their source.
 pub fn strict(document: &Document) -> String {
     print_value(None, &document.root.to_json(), 0, 0, 0) + "\n"
 }

@@ -5,7 +5,7 @@ use serde_json::Value;
 use super::tree::{Comment, Container, Gap, Item, Node, Text, quoted, width};
 use super::{INDENT, WIDTH};
 
-/// Prints a text.
+/// Prints a document, with its comments, in the canonical layout.
 pub(super) fn print(text: &Text<'_>) -> String {
     let mut printer = Printer { out: String::new(), line_start: 0 };
     printer.leading(&text.leading, text.gap, 0);
@@ -18,8 +18,8 @@ pub(super) fn print(text: &Text<'_>) -> String {
     printer.out
 }
 
-/// Prints a value, or a member of this key, from a column of a line with this indentation on; `tail` further characters
-/// have to follow.
+/// Prints a value, or the member `key` with it, to be placed at a column of a line with the given indentation. `tail`
+/// is the number of characters that will follow on its last line. All numbers are in characters.
 pub(crate) fn print_value(
     key: Option<&str>,
     value: &Value,
@@ -35,7 +35,7 @@ pub(crate) fn print_value(
 
 struct Printer {
     out: String,
-    /// The start of the last line.
+    /// The byte offset in `out` of the start of the last line.
     line_start: usize,
 }
 
@@ -56,7 +56,7 @@ impl Printer {
         self.out.extend(std::iter::repeat_n(' ', indent));
     }
 
-    /// Starts a new line, after a blank one if there was one, or puts a space.
+    /// Writes the separator for a gap: a blank line and a line break, a line break, or a space.
     fn separate(&mut self, gap: Gap, indent: usize) {
         if gap.is_blank_line() {
             self.write("\n");
@@ -64,12 +64,12 @@ impl Printer {
         if gap.is_line_end() { self.line(indent) } else { self.write(" ") }
     }
 
-    /// Whether this many characters still fit on the line.
+    /// Whether this many further characters fit on the current line.
     fn fits(&self, characters: usize) -> bool {
         characters <= WIDTH && self.column() + characters <= WIDTH
     }
 
-    /// Prints a comment. The further lines of one that begins a line move with it.
+    /// Prints a comment. If a block comment begins a line, its further lines are moved by as many columns as the first.
     fn comment(&mut self, comment: &Comment) {
         let begins_line = self.out[self.line_start..].bytes().all(|byte| byte == b' ');
         let (from, to) = match comment.column {
@@ -91,7 +91,7 @@ impl Printer {
         }
     }
 
-    /// Prints the comments before something that `gap` separates from them.
+    /// Prints the comments before a member or value; `gap` is the gap after the last comment.
     fn leading(&mut self, comments: &[Comment], gap: Gap, indent: usize) {
         for (at, comment) in comments.iter().enumerate() {
             self.comment(comment);
@@ -107,7 +107,8 @@ impl Printer {
         }
     }
 
-    /// Prints a value that `tail` further characters have to follow on its last line. Whether it took several lines.
+    /// Prints a value; `tail` is the number of characters that will follow on its last line. Returns `true` if it takes
+    /// several lines.
     fn node(&mut self, node: &Node<'_>, indent: usize, tail: usize) -> bool {
         if let Some(flat) = node.flat()
             && self.fits(width(flat) + tail)

@@ -9,7 +9,7 @@ use jsonc_parser::tokens::Token;
 use super::super::tokens::STRICT_TOKENS;
 use super::tree::{Comment, Container, Gap, Item, Node, Text, width};
 
-/// Reads a text that the parser takes.
+/// Reads a valid source text into the formatter's tree.
 pub(super) fn scan(text: &str) -> Text<'_> {
     let scanner = Scanner::new(text, &STRICT_TOKENS);
     let mut reader = Reader { text, scanner, next: Lexeme::End, gap: Gap(0) };
@@ -34,7 +34,7 @@ enum Lexeme<'a> {
 struct Reader<'a> {
     text: &'a str,
     scanner: Scanner<'a>,
-    /// The lexeme that comes next, and what separates it from the one before.
+    /// The next lexeme; `gap` is the number of line ends between it and the previous one.
     next: Lexeme<'a>,
     gap: Gap,
 }
@@ -63,7 +63,7 @@ impl<'a> Reader<'a> {
         };
     }
 
-    /// The comments that come next; what follows them is `next`.
+    /// Reads the comments that come next; afterwards `next` is no comment.
     fn comments(&mut self) -> Vec<Comment> {
         let mut comments = Vec::new();
         while let Lexeme::Comment { text, column } = self.next {
@@ -142,7 +142,7 @@ impl<'a> Reader<'a> {
         Item { leading, gap, key, value: self.node(), before_comma: Vec::new(), trailing: Vec::new() }
     }
 
-    /// Splits comments into those that end the line of what stands before, and those that belong to what follows.
+    /// Splits comments into those on the line of the previous member, and those that belong to the next one.
     fn share_out(&self, mut comments: Vec<Comment>) -> (Vec<Comment>, Vec<Comment>) {
         let first = comments.iter().position(|comment| comment.gap.is_line_end());
         let first = first.or_else(|| {
@@ -155,7 +155,7 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// The number of line ends in space, each written as `\n`, `\r\n` or `\r`.
+/// The number of line ends (`\n`, `\r\n` or `\r`) in `space`.
 fn line_ends(space: &str) -> usize {
     space.matches('\n').count() + space.matches('\r').count() - space.matches("\r\n").count()
 }

@@ -19,7 +19,7 @@ fn formatted(text: &str) -> String {
     formatted
 }
 
-/// Comments in the order of the text, with space between words only.
+/// Returns the comments of a text in order, with runs of white space reduced to one space.
 pub(crate) fn comments(text: &str) -> Vec<String> {
     let mut scanner = jsonc_parser::Scanner::new(text, &jsonc_parser::ScannerOptions::default());
     let mut comments = Vec::new();

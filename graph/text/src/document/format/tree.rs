@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use super::WIDTH;
 
-/// The number of line ends between a thing and what stands before it.
+/// The number of line ends before a comment, member or value.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Gap(pub(super) usize);
 
@@ -20,13 +20,13 @@ impl Gap {
     }
 }
 
-/// A comment, with its signs.
+/// A comment with its `//` or `/* */`.
 pub(super) struct Comment {
-    /// The comment without trailing spaces; lines end with `\n`.
+    /// The comment without trailing spaces, with `\n` as line ends.
     pub(super) text: String,
-    /// The gap before it.
+    /// The gap before the comment.
     pub(super) gap: Gap,
-    /// The column that it begins at, from 0, if nothing else stands before it on its line.
+    /// The column of its first character, from 0, if it begins a line; otherwise `None`.
     pub(super) column: Option<usize>,
 }
 
@@ -35,22 +35,22 @@ impl Comment {
         self.text.starts_with("//")
     }
 
-    /// Whether other things can stand behind it on the line where it began.
+    /// Whether it is a block comment on one line, so that other tokens can follow it.
     fn is_flat(&self) -> bool {
         !self.is_line() && !self.text.contains('\n')
     }
 }
 
-/// The whole text.
+/// A document with the comments around its root value.
 pub(super) struct Text<'a> {
     pub(super) leading: Vec<Comment>,
-    /// The gap between the last of `leading` and the value.
+    /// The gap between the last of the `leading` comments and the root value.
     pub(super) gap: Gap,
     pub(super) root: Node<'a>,
     pub(super) trailing: Vec<Comment>,
 }
 
-/// A value.
+/// A JSON value with the comments inside it.
 pub(super) enum Node<'a> {
     Scalar(Cow<'a, str>),
     Container(Container<'a>),
@@ -59,32 +59,32 @@ pub(super) enum Node<'a> {
 /// An array or an object.
 pub(super) struct Container<'a> {
     pub(super) is_object: bool,
-    /// Comments behind the opening bracket on its line.
+    /// Comments after the opening bracket on its line.
     pub(super) opening: Vec<Comment>,
     pub(super) items: Vec<Item<'a>>,
     /// Comments on lines of their own before the closing bracket.
     pub(super) closing: Vec<Comment>,
-    /// Whether it has to take several lines, by the author's line breaks or by comments.
+    /// Whether the container takes several lines, because of the author's line breaks or of comments.
     pub(super) broken: bool,
-    /// Its text on one line, if it can have one of at most [`WIDTH`] characters.
+    /// The container printed on one line; `None` if it must be broken or is wider than [`WIDTH`] characters.
     pub(super) flat: Option<String>,
 }
 
 /// A member of an object or an element of an array.
 pub(super) struct Item<'a> {
     pub(super) leading: Vec<Comment>,
-    /// The gap before the key or the value, after the last of `leading`.
+    /// The gap before the key or the value, after the `leading` comments.
     pub(super) gap: Gap,
     pub(super) key: Option<Cow<'a, str>>,
     pub(super) value: Node<'a>,
     /// Block comments before the comma.
     pub(super) before_comma: Vec<Comment>,
-    /// Comments behind the comma on its line.
+    /// Comments after the comma on its line.
     pub(super) trailing: Vec<Comment>,
 }
 
 impl Node<'_> {
-    /// The text on one line, if it can have one of at most [`WIDTH`] characters.
+    /// The value printed on one line; `None` if a container must be broken or is wider than [`WIDTH`] characters.
     pub(super) fn flat(&self) -> Option<&str> {
         match self {
             Node::Scalar(text) if text.contains(['\n', '\r']) => None,
@@ -107,7 +107,7 @@ impl Item<'_> {
         self.leading.first().map_or(self.gap, |comment| comment.gap)
     }
 
-    /// The text on one line up to the comma.
+    /// The item printed on one line, up to the comma; `None` if it must be broken.
     pub(super) fn flat(&self) -> Option<String> {
         let value = self.value.flat().filter(|_| !self.is_broken())?;
         let mut text = String::new();
@@ -118,7 +118,7 @@ impl Item<'_> {
         Some(text)
     }
 
-    /// Whether the item ends on another line than it begins on.
+    /// Whether the item takes several lines.
     fn is_broken(&self) -> bool {
         let inner = self.leading.iter().map(|comment| comment.gap).skip(1);
         let inner = inner.chain((!self.leading.is_empty()).then_some(self.gap));
@@ -133,7 +133,7 @@ impl Item<'_> {
 }
 
 impl<'a> Container<'a> {
-    /// A container; `end` separates the closing bracket from what stands before.
+    /// Creates a container; `end` is the gap before its closing bracket.
     pub(super) fn new(
         is_object: bool,
         opening: Vec<Comment>,
@@ -164,7 +164,8 @@ impl<'a> Container<'a> {
         }
     }
 
-    /// The one item that nothing separates from the opening bracket, if there is one without any comment.
+    /// The only item, if the container has exactly one, without comments and on the line of the opening bracket. `None`
+    /// otherwise.
     pub(super) fn only_item(&self) -> Option<&Item<'a>> {
         match self.items.as_slice() {
             [item] if self.opening.is_empty() && self.closing.is_empty() => {
@@ -174,7 +175,7 @@ impl<'a> Container<'a> {
         }
     }
 
-    /// Whether it is an array of nothing but scalars.
+    /// Whether the container is an array of scalars only.
     pub(super) fn is_list(&self) -> bool {
         !self.is_object && self.items.iter().all(|item| matches!(item.value, Node::Scalar(_)))
     }
@@ -210,7 +211,7 @@ impl<'a> Container<'a> {
 }
 
 impl<'a> Node<'a> {
-    /// The tree of a value alone.
+    /// Creates the tree of a JSON value, which has no comments.
     pub(super) fn of(value: &'a Value) -> Self {
         let item = |key: Option<&String>, value| Item {
             leading: Vec::new(),
@@ -233,7 +234,7 @@ pub(super) fn quoted(text: &str) -> Cow<'static, str> {
     serde_json::Value::from(text).to_string().into()
 }
 
-/// The number of characters.
+/// The width of a text in characters.
 pub(super) fn width(text: &str) -> usize {
     text.chars().count()
 }

@@ -26,7 +26,7 @@ use crate::diagnostic::{Diagnostic, Diagnostics, MAX_DIAGNOSTICS, codes, list_of
 use rules::{Additional, Alternatives, Branch, Node, Rules};
 
 impl Schema {
-    /// Checks `value`, which stands at `pointer`.
+    /// Checks `value` against the schema, and adds diagnostics; `pointer` is the JSON pointer of the value.
     pub fn check(&self, value: &Value, pointer: &str, diagnostics: &mut Diagnostics) {
         let mut checker = Checker { schema: self, diagnostics, description: None };
         checker.value(value, &self.start, &Pointer::Text(pointer), 0);
@@ -36,7 +36,7 @@ impl Schema {
 struct Checker<'a, 'd> {
     schema: &'a Schema,
     diagnostics: &'d mut Diagnostics,
-    /// The schema's description of the place, or of the closest around it.
+    /// The schema's description of the current value, or of the closest value around it that has one.
     description: Option<&'a str>,
 }
 
@@ -135,8 +135,8 @@ impl<'a> Checker<'a, '_> {
         }
     }
 
-    /// Alternatives beside `properties` that each require one key: exactly one of them is there. Where a key is unknown
-    /// it is probably the one, misspelt, and reported as such.
+    /// Checks that an object has exactly one of the keys `keys`. If it has none but an unknown key, only that key is
+    /// reported, since it is probably misspelt.
     fn exactly_one_key(&mut self, value: &Value, rules: &Rules, keys: &[String], pointer: &Pointer<'_>) {
         let Some(entries) = value.entries() else { return };
         let mut found = entries.iter().filter(|entry| keys.contains(&entry.key));
@@ -269,7 +269,7 @@ impl<'a> Checker<'a, '_> {
         self.diagnostics.extend(best.into_iter().flatten());
     }
 
-    /// Alternatives that are told apart by the one key that each of them has.
+    /// Checks an object against alternatives that each require a different key, by the key that the object has.
     fn tagged(
         &mut self,
         value: &Value,
@@ -303,7 +303,7 @@ impl<'a> Checker<'a, '_> {
         }
     }
 
-    /// Reports a diagnostic; one without a help of its own gets the first line of what the schema says of the place.
+    /// Reports a diagnostic. If it has no help text, it gets the first line of the schema's description.
     fn push(&mut self, diagnostic: Diagnostic, pointer: &Pointer<'_>) {
         let mut diagnostic = diagnostic.pointer(pointer);
         if diagnostic.help.is_none() {
@@ -317,7 +317,7 @@ impl<'a> Checker<'a, '_> {
     }
 }
 
-/// The diagnostic for a key that is none of the known ones; `beside` are all members of its object.
+/// Creates the diagnostic for a key that is not one of `known`; `beside` are all members of its object.
 pub fn unknown_key(entry: &Entry, known: &[&str], beside: &[Entry]) -> Diagnostic {
     let diagnostic =
         Diagnostic::error(codes::UNKNOWN_KEY, entry.key_span, format!("unknown key \"{}\"", entry.key));
@@ -335,13 +335,13 @@ fn is_expression(text: &str) -> bool {
     matches!(Written::of(text), Written::Expression(_))
 }
 
-/// Whether a text could be the name of something in an expression.
+/// Whether a string could be a name in an expression.
 fn is_name(text: &str) -> bool {
     text.starts_with(|first: char| first.is_ascii_alphabetic() || first == '_')
         && text.chars().all(|each| each.is_ascii_alphanumeric() || each == '_')
 }
 
-/// The diagnostic for a text that is none of the known words.
+/// Creates the diagnostic for a value that is not one of the allowed words.
 pub fn unknown_word(value: &Value, words: &[&str]) -> Diagnostic {
     let found = value.text().map_or_else(|| value.kind_name().to_owned(), |text| format!("\"{text}\""));
     let diagnostic = Diagnostic::error(codes::UNKNOWN_WORD, value.span, format!("{found} is not known here"));

@@ -7,33 +7,33 @@ use serde_json::Value as Json;
 use super::{Kind, Signs, Value};
 use crate::diagnostic::list_of;
 
-/// A schema, ready to check documents with; made once, it serves any number of them.
+/// A compiled JSON Schema, which can check any number of documents.
 #[derive(Debug)]
 pub struct Schema {
     rules: Vec<Rules>,
-    /// The rules for the document as a whole.
+    /// The node of the schema's root.
     pub(super) start: Node,
 }
 
-/// One place of the schema.
+/// A schema or a reference to one, with its own description.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Node {
-    /// The description for people; not that of the schema that it refers to.
+    /// The description of this schema itself, not of a schema that it refers to.
     pub(super) description: Option<String>,
-    /// The rules, at the end of all references.
+    /// The index of the rules after following all references; `None` if there are none.
     rules: Option<usize>,
 }
 
-/// The rules of one schema.
+/// The rules of one schema, by JSON Schema keyword.
 #[derive(Debug, Default)]
 pub(super) struct Rules {
-    /// Beside `properties`: lists of keys, of each of which exactly one is there.
+    /// Lists of keys, of each of which an object must have exactly one (`oneOf` or `anyOf` beside `properties`).
     pub(super) one_key: Vec<Vec<String>>,
     pub(super) alternatives: Option<Alternatives>,
     pub(super) all_of: Vec<Node>,
     pub(super) types: Option<Wanted>,
     pub(super) words: Option<Vec<Json>>,
-    /// The signs that a text needs.
+    /// The sign (`=` or `&`) that a string must begin with.
     pub(super) signs: Option<Signs>,
     pub(super) minimum: Option<f64>,
     pub(super) maximum: Option<f64>,
@@ -48,14 +48,14 @@ pub(super) struct Rules {
     pub(super) required: Vec<Required>,
 }
 
-/// The types that a value can have, and their names.
+/// The types that a value may have, and their names for messages.
 #[derive(Debug)]
 pub(super) struct Wanted {
     pub(super) types: Types,
     pub(super) names: String,
 }
 
-/// The rule for further keys of an object.
+/// The rule for keys of an object that are not in `properties`.
 #[derive(Debug, Default)]
 pub(super) enum Additional {
     #[default]
@@ -64,42 +64,42 @@ pub(super) enum Additional {
     Like(Node),
 }
 
-/// A key that has to be there.
+/// A required key of an object.
 #[derive(Debug)]
 pub(super) struct Required {
     pub(super) key: String,
-    /// The first line of what the schema says of it.
+    /// The first line of the schema's description of the key.
     pub(super) description: Option<String>,
 }
 
-/// Schemas of which one has to fit.
+/// Alternative schemas, one of which a value must match.
 #[derive(Debug)]
 pub(super) struct Alternatives {
-    /// Whether an expression with an equals sign in front can stand for any of them.
+    /// Whether a string that begins with `=` (an expression) is allowed instead.
     pub(super) takes_expressions: bool,
     pub(super) branches: Vec<Branch>,
-    /// The types of all of them, by name.
+    /// The types of all alternatives, for messages.
     pub(super) wanted: String,
 }
 
-/// One of several schemas.
+/// One of several alternative schemas.
 #[derive(Debug)]
 pub(super) struct Branch {
     pub(super) node: Node,
-    /// The types that a value can have for the branch to fit.
+    /// The types that a value must have to match the branch.
     pub(super) could_be: Types,
-    /// The words that it accepts, if it is an enumeration of texts.
+    /// The words of the branch if it is an enumeration of strings; otherwise empty.
     pub(super) words: Vec<String>,
-    /// The one key that it requires, if it is an externally tagged variant.
+    /// The one key that the branch requires if it is an externally tagged variant; otherwise `None`.
     pub(super) tag: Option<String>,
 }
 
-/// A set of JSON types; whole numbers are told from others.
+/// A set of JSON types, as bits; integers and other numbers are different types.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Types(u8);
 
 impl Schema {
-    /// Makes a schema ready.
+    /// Compiles a JSON Schema.
     pub fn new(schema: &Json) -> Self {
         let mut maker = Maker { root: schema, rules: Vec::new(), known: HashMap::new() };
         let start = maker.node(schema);
@@ -135,7 +135,7 @@ impl Types {
         }
     }
 
-    /// The types that the keyword `type` names.
+    /// The types in the value of the keyword `type`, without null.
     fn listed(types: &Json) -> Self {
         match types {
             Json::String(name) => Self::named(name),
@@ -172,7 +172,7 @@ impl Types {
 struct Maker<'a> {
     root: &'a Json,
     rules: Vec<Rules>,
-    /// The index of a schema's rules, by its address.
+    /// The index of a schema's rules, by the address of the schema in memory.
     known: HashMap<*const Json, usize>,
 }
 
@@ -293,7 +293,7 @@ fn resolve<'a>(schema: &'a Json, root: &'a Json) -> Option<&'a Json> {
     None
 }
 
-/// The branches of alternatives, with alternatives inside them and references taken apart.
+/// Appends the branches of alternatives to `flat`, with nested alternatives flattened and references resolved.
 fn flatten<'a>(branches: &'a [Json], root: &'a Json, flat: &mut Vec<&'a Json>, depth: usize) {
     for branch in branches.iter().filter_map(|branch| resolve(branch, root)) {
         let inner = ["oneOf", "anyOf"].iter().find_map(|word| branch.get(word).and_then(Json::as_array));
@@ -340,7 +340,7 @@ fn join_or(names: &[String]) -> String {
     }
 }
 
-/// The values that a schema lists, if it is an enumeration.
+/// The values that a schema lists under `enum` or `const`; `None` if it lists none.
 fn words(schema: &Json) -> Option<&[Json]> {
     match (schema.get("enum"), schema.get("const")) {
         (Some(Json::Array(words)), _) => Some(words),
@@ -349,12 +349,12 @@ fn words(schema: &Json) -> Option<&[Json]> {
     }
 }
 
-/// The first key that a schema requires.
+/// The first key under `required`; `None` if there is none.
 fn first_required(schema: &Json) -> Option<String> {
     Some(schema.get("required")?.as_array()?.first()?.as_str()?.to_owned())
 }
 
-/// The one key that a branch requires, if it is an externally tagged variant.
+/// The one key that a branch requires if it is an externally tagged variant; otherwise `None`.
 fn tag(branch: &Json) -> Option<&str> {
     match branch.get("required")?.as_array()?.as_slice() {
         [one] if branch.get("properties")?.as_object()?.len() == 1 => one.as_str(),

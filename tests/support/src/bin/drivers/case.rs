@@ -7,31 +7,31 @@
 use std::path::Path;
 use std::process::Command;
 
-/// The pipelines.
+/// The names of the bundled pipelines to render.
 pub(crate) const PIPELINES: [&str; 6] = ["mantis", "nebula", "caracal", "lore", "awsm", "umbra"];
-/// The row of the lessons.
+/// The table row for the lesson pipelines.
 pub(crate) const LESSONS: &str = "lessons";
-/// The scenes.
+/// The names of the scenes to render, without extension.
 pub(crate) const SCENES: [&str; 4] = ["courtyard", "figure", "foliage", "interior"];
 
-/// The debug view that shows the shadow term.
+/// The value of the parameter `debug_view` that shows the shadow term.
 pub(crate) const SHADOW_TERM: &str = "shadow_term";
 
-/// A picture to be drawn with each driver.
+/// A picture to render with each driver.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Case {
-    /// The row of the table: a pipeline, or [`LESSONS`].
+    /// The row of the table: a pipeline's name, or [`LESSONS`].
     pub(crate) row: &'static str,
-    /// The path of the pipeline's file below `pipelines/`, without its ending.
+    /// The path of the pipeline's file below `pipelines/`, without its extension.
     pub(crate) pipeline: String,
     pub(crate) preset: Option<String>,
-    /// `None`: the picture itself.
+    /// The debug view; `None` for the normal picture.
     pub(crate) view: Option<String>,
     pub(crate) scene: &'static str,
 }
 
 impl Case {
-    /// Its name in the table and, with other signs, of its file.
+    /// Returns the picture's name in the table, which is also the basis of its file name.
     pub(crate) fn name(&self) -> String {
         let words = [self.preset.as_deref(), self.view.as_deref(), Some(self.scene)];
         std::iter::once(self.pipeline.as_str())
@@ -40,13 +40,13 @@ impl Case {
             .join(" ")
     }
 
-    /// The same as its shadow term; `None` for lessons.
+    /// Returns the same case with the debug view for the shadow term; `None` for lessons.
     pub(crate) fn shadow_term(&self) -> Option<Self> {
         let view = Some(SHADOW_TERM.to_owned());
         (self.row != LESSONS).then(|| Self { view, ..self.clone() })
     }
 
-    /// The arguments of `umbragraph render` that draw it.
+    /// Returns the arguments of `umbragraph render` for this case.
     pub(crate) fn arguments(&self) -> Vec<String> {
         let mut arguments = vec![format!("pipelines/{}.json", self.pipeline)];
         arguments.extend(self.preset.iter().flat_map(|preset| ["--preset".to_owned(), preset.clone()]));
@@ -55,12 +55,12 @@ impl Case {
         arguments
     }
 
-    /// Whether it is the picture with the defaults, or its shadow term.
+    /// Returns `true` for the picture with default settings and for its shadow term.
     pub(crate) fn is_default(&self) -> bool {
         self.turn() == 0
     }
 
-    /// The turn in which it is drawn: the lowest first.
+    /// Returns the priority of rendering: the lowest number first.
     fn turn(&self) -> u8 {
         let is_plain = self.view.as_deref().is_none_or(|view| view == SHADOW_TERM);
         match (self.preset.is_none(), is_plain) {
@@ -72,7 +72,8 @@ impl Case {
     }
 }
 
-/// All pictures of a run: of one pipeline where one is named, with the defaults of the courtyard alone for a quick one.
+/// Returns all cases of a run: of one pipeline if `only` names it. A quick run has only the default settings on the
+/// courtyard scene.
 pub(crate) fn all(program: &Path, only: Option<&str>, is_quick: bool) -> Vec<Case> {
     let is_wanted = |row: &str| only.is_none_or(|only| only == row);
     let mut cases = Vec::new();
@@ -120,7 +121,7 @@ fn lessons() -> Vec<Case> {
     names.into_iter().map(case).collect()
 }
 
-/// The words that the command knows of in place of one that it does not.
+/// Returns the valid names that the command lists in its error about an unknown one.
 fn known(program: &Path, pipeline: &str, unknown: &[&str]) -> Vec<String> {
     let mut command = Command::new(program);
     command.args(["plan", &format!("pipelines/{pipeline}.json")]).args(unknown);
@@ -128,7 +129,7 @@ fn known(program: &Path, pipeline: &str, unknown: &[&str]) -> Vec<String> {
     listed(&String::from_utf8_lossy(&output.stderr))
 }
 
-/// The words after `help: the presets are` or `help: known are`.
+/// Parses the names after `help: the presets are` or `help: known are`.
 fn listed(said: &str) -> Vec<String> {
     let list = said.lines().find_map(|line| {
         let help = line.split_once("help: ")?.1;

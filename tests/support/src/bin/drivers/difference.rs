@@ -15,46 +15,46 @@
 
 use umbragraph_test_support::image::Picture;
 
-/// A jump of the shadow term, or of what a debug view shows, in levels of 255.
+/// The minimum spread of neighbouring pixels that counts as an edge, in 8-bit levels.
 const JUMP: i32 = 24;
-/// A change of slope, as a share of the slope itself.
+/// The minimum change of slope that counts as a crease, as a fraction of the slope itself.
 const CREASE: f32 = 0.3;
-/// The rounding of depth, as a share of depth.
+/// The rounding error of depth, as a fraction of the depth.
 const ROUNDING: f32 = 1e-6;
 
-/// A case as one driver and as the reference drew it.
+/// The picture of one driver and that of the reference driver, with data that explains differences.
 pub(crate) struct Pair<'a> {
     pub(crate) reference: &'a Picture,
     pub(crate) picture: &'a Picture,
-    /// Pictures of the reference whose jumps are edges.
+    /// Pictures of the reference driver whose discontinuities count as edges.
     pub(crate) jumps: Vec<&'a Picture>,
-    /// The creases of the scene, if they are known: row by row.
+    /// The depth discontinuities of the scene, one value per pixel, row by row; `None` if unknown.
     pub(crate) creases: Option<&'a [bool]>,
-    /// Reference and picture with textures that are sampled at the nearest texel.
+    /// The reference's and the driver's picture with nearest-texel sampling; `None` if not rendered.
     pub(crate) nearest: Option<[&'a Picture; 2]>,
-    /// Pictures of the reference with a turned camera.
+    /// Pictures of the reference driver with a slightly rotated camera.
     pub(crate) turned: Vec<&'a Picture>,
 }
 
-/// Numbers of pixels.
+/// Numbers of differing pixels, by cause.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Difference {
-    /// All.
+    /// The number of all pixels.
     pub(crate) pixels: usize,
-    /// Those that differ by more than 2 levels.
+    /// Pixels that differ by more than 2 of 255 levels.
     pub(crate) beyond_2: usize,
-    /// Those that differ by more than 8 levels, by cause.
+    /// Pixels that differ by more than 8 levels and lie next to a discontinuity of the reference.
     pub(crate) edge: usize,
-    /// See the module.
+    /// Pixels that differ by more than 8 levels, but not with nearest-texel sampling.
     pub(crate) filtering: usize,
-    /// See the module.
+    /// Pixels that differ by more than 8 levels, but fit the reference with a slightly rotated camera.
     pub(crate) placement: usize,
-    /// See the module.
+    /// Pixels that differ by more than 8 levels for another reason.
     pub(crate) unexplained: usize,
 }
 
 impl Difference {
-    /// The difference of a pair; pictures of other sizes differ everywhere.
+    /// Counts the differing pixels of a pair; in pictures of different sizes all pixels differ.
     pub(crate) fn of(pair: &Pair<'_>) -> Self {
         let size = |picture: &Picture| (picture.width() as usize, picture.height() as usize);
         let (width, height) = size(pair.reference);
@@ -96,7 +96,7 @@ impl Difference {
         difference
     }
 
-    /// The sum of two.
+    /// Returns the sum of two differences.
     #[must_use]
     pub(crate) fn and(self, other: Self) -> Self {
         Self {
@@ -109,14 +109,14 @@ impl Difference {
         }
     }
 
-    /// The share of some pixels, as a percentage.
+    /// Returns a number of pixels as a percentage of all pixels.
     pub(crate) fn percent(&self, count: usize) -> f64 {
         count as f64 * 100.0 / self.pixels.max(1) as f64
     }
 }
 
-/// The texels at which depth jumps or its slope changes: silhouettes and creases. Depth after projection is flat along
-/// a flat surface, so that its second difference is none there.
+/// Finds the pixels at which depth jumps or its slope changes: silhouettes and creases. Projected depth is linear along
+/// a flat surface, so its second difference is zero there.
 pub(crate) fn creases(depth: &[f32], width: usize) -> Vec<bool> {
     let height = depth.len() / width.max(1);
     let mut creases = vec![false; depth.len()];
@@ -143,12 +143,12 @@ fn texels(picture: &Picture) -> Vec<[u8; 4]> {
     picture.rgba_pixels().collect()
 }
 
-/// The largest difference of a color channel.
+/// Returns the largest difference of a color channel, in 8-bit levels.
 fn apart(a: [u8; 4], b: [u8; 4]) -> i32 {
     (0..3).map(|channel| i32::from(a[channel]).abs_diff(i32::from(b[channel])) as i32).max().unwrap_or(0)
 }
 
-/// Whether each color channel of a texel is no further than 8 levels from the range of others.
+/// Returns `true` if each color channel of a texel is within 8 levels of the range of the others.
 fn lies_among(texel: [u8; 4], others: impl Iterator<Item = [u8; 4]>) -> bool {
     let (min, max) = range(others);
     (0..3).all(|channel| {
@@ -156,7 +156,7 @@ fn lies_among(texel: [u8; 4], others: impl Iterator<Item = [u8; 4]>) -> bool {
     })
 }
 
-/// The smallest and the largest value of each channel.
+/// Returns the smallest and the largest value of each channel.
 fn range(texels: impl Iterator<Item = [u8; 4]>) -> ([u8; 4], [u8; 4]) {
     texels.fold(([255; 4], [0; 4]), |(mut min, mut max), texel| {
         for channel in 0..4 {
@@ -167,13 +167,13 @@ fn range(texels: impl Iterator<Item = [u8; 4]>) -> ([u8; 4], [u8; 4]) {
     })
 }
 
-/// The largest spread of a channel, alpha included.
+/// Returns the largest spread of a channel, alpha included, in 8-bit levels.
 fn spread(texels: impl Iterator<Item = [u8; 4]>) -> i32 {
     let (min, max) = range(texels);
     (0..4).map(|channel| i32::from(max[channel]) - i32::from(min[channel])).max().unwrap_or(0)
 }
 
-/// A pixel and those around it, as positions.
+/// Returns the indices of a pixel and of its up to eight neighbours.
 fn neighbours(at: usize, width: usize, height: usize) -> Vec<usize> {
     let (x, y) = (at % width, at / width);
     let mut all = Vec::with_capacity(9);
@@ -188,7 +188,7 @@ mod tests {
     use super::*;
     use umbragraph_test_support::image::Channels;
 
-    /// A grey picture of 8 by 8 with some other pixels.
+    /// Returns a grey picture of 8 by 8 pixels with some pixels of other brightness.
     fn grey(others: &[(u32, u32, u8)]) -> Picture {
         let mut picture = Picture::filled(8, 8, Channels::Rgba, &[100, 100, 100, 255]);
         for (x, y, value) in others {

@@ -19,38 +19,38 @@ use crate::case::Case;
 use crate::driver::Driver;
 use crate::variant::Variant;
 
-/// The time after which a process counts as one that hangs.
+/// The time after which a process counts as hanging.
 const LONGEST: Duration = Duration::from_secs(600);
-/// The size of all pictures.
+/// The size of all pictures in pixels, as the command takes it.
 pub(crate) const SIZE: &str = "320x180";
 
-/// Something to be drawn.
+/// A task for the command: a picture to render, or shadows to score.
 pub(crate) enum Job<'a> {
-    /// A picture of a variant of the scene.
+    /// Render one variant of a case with a driver.
     Picture { driver: &'a Driver, case: Case, variant: Variant },
-    /// The scores of a pipeline on a scene.
+    /// Score the shadows of a pipeline on a scene with a driver.
     Score { driver: &'a Driver, pipeline: &'static str, scene: &'static str },
 }
 
-/// The state of a picture.
+/// The result of rendering a picture.
 pub(crate) enum Drawn {
     Not,
     Failed(String),
-    /// The file, and the features that were off.
+    /// The picture's file, and the names of features that were off.
     Picture(PathBuf, Vec<String>),
 }
 
-/// The files of a run.
+/// The folder with the results of a run, and the program that makes them.
 pub(crate) struct Drawings {
     pub(crate) program: PathBuf,
     pub(crate) folder: PathBuf,
 }
 
 impl Drawings {
-    /// The files below a folder, which is emptied if they are of another state.
+    /// Opens the folder of results. Removes old results if the program, a pipeline or a scene has changed.
     ///
     /// # Errors
-    /// A folder that cannot be written.
+    /// A folder that cannot be written to.
     pub(crate) fn open(program: &Path, folder: &Path) -> Result<Self, String> {
         let failed = |error: std::io::Error| format!("{}: {error}", folder.display());
         let folder_of_pictures = folder.join("pictures");
@@ -69,7 +69,7 @@ impl Drawings {
         Ok(Self { program: program.to_owned(), folder: folder_of_pictures })
     }
 
-    /// The commit that was checked out when the first picture was drawn.
+    /// Returns the short hash of the commit that was checked out when the first picture was rendered.
     pub(crate) fn commit(&self) -> String {
         std::fs::read_to_string(self.folder.join("commit")).unwrap_or_default()
     }
@@ -83,7 +83,7 @@ impl Drawings {
         self.file(driver, &format!("{}{}", case.name(), variant.word()), ending)
     }
 
-    /// The state of a picture on a driver.
+    /// Returns the stored result for a picture on a driver.
     pub(crate) fn drawn(&self, driver: &Driver, case: &Case, variant: Variant) -> Drawn {
         let said = std::fs::read_to_string(self.picture_file(driver, case, variant, "txt"));
         let Some(said) = said.ok().filter(|said| !said.is_empty()) else { return Drawn::Not };
@@ -97,7 +97,7 @@ impl Drawings {
         }
     }
 
-    /// A picture that is there.
+    /// Loads a picture; `None` if it has not been rendered.
     pub(crate) fn picture(&self, driver: &Driver, case: &Case, variant: Variant) -> Option<Picture> {
         match self.drawn(driver, case, variant) {
             Drawn::Picture(file, _) => Picture::load(&file).ok(),
@@ -105,7 +105,8 @@ impl Drawings {
         }
     }
 
-    /// The shares of shadow that agree with rays, for each light, in texels beyond two pixels from an edge.
+    /// Loads the intersection over union of shadows with ray tracing, for each light. Only pixels at least two pixels
+    /// from a shadow edge count.
     pub(crate) fn scores(&self, driver: &Driver, pipeline: &str, scene: &str) -> Option<Vec<(String, f64)>> {
         let file = self.file(driver, &format!("{pipeline} {scene} score"), "json");
         let scores: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(file).ok()?).ok()?;
@@ -117,7 +118,7 @@ impl Drawings {
         Some(lights.filter_map(score).collect())
     }
 
-    /// The depth of a scene as lavapipe draws it with `umbra`: row by row, near 1 and far 0.
+    /// Returns the depth of a scene, rendered by lavapipe with `umbra`: row by row, 1 is near and 0 is far.
     pub(crate) fn depth(&self, lavapipe: &Driver, scene: &'static str) -> Option<Vec<f32>> {
         let file = self.file(lavapipe, &format!("{scene} depth"), "exr");
         if !file.exists() {
@@ -131,7 +132,7 @@ impl Drawings {
         Some(channel.sample_data.values_as_f32().collect())
     }
 
-    /// Does all jobs that are not done, until an instant, as many at a time as [`workers`] says; how many are left.
+    /// Runs all unfinished jobs in parallel until a given time. Returns the number of jobs left.
     pub(crate) fn draw(&self, jobs: Vec<Job<'_>>, until: Option<Instant>) -> usize {
         let todo: VecDeque<Job<'_>> = jobs.into_iter().filter(|job| !self.is_done(job)).collect();
         let (count, todo) = (todo.len(), Mutex::new(todo));
@@ -195,12 +196,12 @@ impl Drawings {
     }
 }
 
-/// The number of processors, and at least two: a process that draws waits for its driver now and then.
+/// Returns the number of processors, at least two, since rendering processes sometimes wait for their driver.
 fn workers() -> usize {
     std::thread::available_parallelism().map_or(2, |count| count.get().max(2))
 }
 
-/// The results of a function for all items, in their order, with [`workers`] threads.
+/// Applies a function to all items in [`workers`] threads, and returns the results in the order of the items.
 pub(crate) fn parallel<T: Sync, R: Send>(items: &[T], function: impl Fn(&T) -> R + Sync) -> Vec<R> {
     let next = AtomicUsize::new(0);
     let work = || {
@@ -220,7 +221,7 @@ pub(crate) fn parallel<T: Sync, R: Send>(items: &[T], function: impl Fn(&T) -> R
     done.into_iter().map(|(_, result)| result).collect()
 }
 
-/// Writes a file whole or not at all, so that a run that is interrupted goes on where it ended.
+/// Writes a file atomically, so that an interrupted run can be continued.
 fn write(file: &Path, text: &str) {
     let beside = file.with_extension("part");
     if let Err(error) = std::fs::write(&beside, text).and_then(|()| std::fs::rename(&beside, file)) {
@@ -232,13 +233,13 @@ fn path_of(scene: &str) -> PathBuf {
     Path::new("examples/scenes").join(format!("{scene}.glb"))
 }
 
-/// The features that the command says are off for want of something.
+/// Parses the names of features that the command reports as off.
 fn off(said: &str) -> Vec<String> {
     let off = said.lines().filter_map(|line| line.split_once(" is off: ")?.0.split('"').nth(1));
     off.map(str::to_owned).collect()
 }
 
-/// The output of a command, or the first line that says why it fails.
+/// Runs a command and returns its output, or the first line that explains its failure.
 fn output(command: &mut Command) -> Result<String, String> {
     let failed = |error: std::io::Error| format!("{error}");
     let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().map_err(failed)?;
@@ -263,7 +264,7 @@ fn output(command: &mut Command) -> Result<String, String> {
     Ok(if printed.starts_with('{') { printed } else { said + &printed })
 }
 
-/// A thread that reads a pipe to its end.
+/// Starts a thread that reads a pipe to its end.
 fn reader(pipe: Option<impl Read + Send + 'static>) -> std::thread::JoinHandle<String> {
     std::thread::spawn(move || {
         let mut bytes = Vec::new();
@@ -273,7 +274,7 @@ fn reader(pipe: Option<impl Read + Send + 'static>) -> std::thread::JoinHandle<S
     })
 }
 
-/// A number that is another one where the command, a pipeline or a scene is.
+/// Returns a hash that changes if the command, a pipeline or a scene changes.
 fn state(program: &Path) -> u64 {
     let mut hasher = DefaultHasher::new();
     let mut folders = vec![PathBuf::from("pipelines"), PathBuf::from("examples/scenes")];

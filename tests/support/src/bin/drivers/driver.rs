@@ -3,22 +3,22 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// A driver, and the variables that choose it.
+/// A graphics driver, and the environment variables that select it.
 pub(crate) struct Driver {
-    /// The name of its section.
+    /// The driver's name, which heads its section of the table.
     pub(crate) name: String,
     variables: Vec<(&'static str, String)>,
 }
 
-/// Folders in which Chromium and Chrome keep SwiftShader.
+/// Folders in which Chromium and Chrome store SwiftShader.
 const SWIFTSHADER: [&str; 4] =
     ["/usr/lib/chromium", "/usr/lib/chromium-browser", "/opt/google/chrome", "/opt/chromium"];
 
-/// The manifests of Mesa's OpenGL. A machine has at most one of them.
+/// The possible manifests of Mesa's OpenGL driver. A machine has at most one of them.
 const MESA_EGL: [&str; 2] =
     ["/usr/share/glvnd/egl_vendor.d/50_mesa.json", "/etc/glvnd/egl_vendor.d/50_mesa.json"];
 
-/// Variables that would choose something else.
+/// Environment variables that would select another driver, and are therefore removed.
 const CHOOSING: [&str; 9] = [
     "MESA_GL_VERSION_OVERRIDE",
     "MESA_GLES_VERSION_OVERRIDE",
@@ -32,7 +32,7 @@ const CHOOSING: [&str; 9] = [
 ];
 
 impl Driver {
-    /// All drivers that are known, the reference first; without the ones whose files are not there.
+    /// Returns all known drivers whose files exist, the reference driver lavapipe first.
     pub(crate) fn all(program: &Path, folder: &Path) -> Vec<Self> {
         let vulkan = |manifest: PathBuf| {
             vec![("WGPU_BACKEND", "vulkan".to_owned()), ("VK_DRIVER_FILES", manifest.display().to_string())]
@@ -59,7 +59,8 @@ impl Driver {
         all
     }
 
-    /// The adapters that are no software, by their names. OpenGL does not say of all what they are.
+    /// Returns the adapters that are no software renderers, by their names. OpenGL does not report the kind of all of
+    /// them.
     fn gpus(program: &Path, folder: &Path) -> Vec<Self> {
         let usual = Self { name: "all".to_owned(), variables: Vec::new() };
         let gpus = usual.adapters(program, folder).into_iter().filter(|adapter| adapter.kind != "Cpu");
@@ -67,7 +68,7 @@ impl Driver {
             .collect()
     }
 
-    /// The command, told to draw with this driver.
+    /// Returns the command with the environment that selects this driver.
     pub(crate) fn command(&self, program: &Path) -> Command {
         let mut command = Command::new(program);
         for name in CHOOSING {
@@ -77,12 +78,12 @@ impl Driver {
         command
     }
 
-    /// The adapter that it gives.
+    /// Returns the adapter of this driver; `None` if it has none.
     pub(crate) fn adapter(&self, program: &Path, folder: &Path) -> Option<Adapter> {
         self.adapters(program, folder).into_iter().next()
     }
 
-    /// The adapters, which are kept in a folder: to list them takes seconds.
+    /// Returns the adapters of this driver. The list is cached in a folder, since creating it takes seconds.
     fn adapters(&self, program: &Path, folder: &Path) -> Vec<Adapter> {
         let file = folder.join(format!("{}_adapters.json", self.name.replace([' ', '/'], "_")));
         let bytes = std::fs::read(&file).ok().or_else(|| {
@@ -103,17 +104,17 @@ impl Driver {
     }
 }
 
-/// An adapter in the words of `umbragraph adapters`.
+/// The description of an adapter by `umbragraph adapters`.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Adapter {
     pub(crate) name: String,
     kind: String,
     pub(crate) driver: String,
-    /// The parts of WebGPU's core mode that it lacks.
+    /// The parts of WebGPU's core mode that the adapter lacks.
     pub(crate) lacking: Vec<String>,
 }
 
-/// The first manifest of a folder whose name begins so.
+/// Returns the first manifest of a folder whose file name has the given prefix.
 fn manifest(folder: &Path, begins: &str) -> Option<PathBuf> {
     let mut files: Vec<PathBuf> =
         std::fs::read_dir(folder).ok()?.flatten().map(|entry| entry.path()).collect();

@@ -26,55 +26,55 @@ use drawing::{Drawings, Drawn, Job, parallel};
 use driver::{Adapter, Driver};
 use variant::{SIDES, Variant};
 
-/// The most percent of pixels that nothing explains.
+/// The maximum percentage of pixels with an unexplained difference.
 pub(crate) const MAX_UNEXPLAINED: f64 = 0.05;
-/// The most by which a score of shadows changes.
+/// The maximum change of a shadow score from the reference driver.
 pub(crate) const MAX_SCORE_CHANGE: f64 = 0.001;
 
-/// Diagnostics about what a driver lacks: of plans, limits, sizes and required features.
+/// Error codes for features or limits that a driver lacks: of plans, limits, sizes and required features.
 const LACKING: [&str; 4] = ["error[UG0219]", "error[UG0321]", "error[UG0406]", "error[UG0409]"];
-/// Features without which the picture is the same.
+/// Features whose absence does not change the picture.
 const WITHOUT_TRACE: [&str; 1] = ["storage_descriptors"];
 
-/// A row of the table: a pipeline on one driver, or all lessons.
+/// A row of the table: the results of a pipeline, or of all lessons, on one driver.
 #[derive(Default)]
 pub(crate) struct Row {
     pub(crate) name: &'static str,
-    /// The number of pictures, and of those that are drawn.
+    /// The number of pictures in the row.
     pub(crate) pictures: usize,
     pub(crate) drawn: usize,
-    /// The difference over all pictures that are whole.
+    /// The difference over all pictures with all features on.
     pub(crate) difference: Difference,
-    /// The picture with the most unexplained pixels, and their percentage.
+    /// The name of the picture with the most unexplained pixels, and their percentage.
     pub(crate) worst: Option<(String, f64)>,
-    /// The score of the sun's shadows on the courtyard.
+    /// The score of the sun's shadows on the courtyard scene; `None` without scores.
     pub(crate) score: Option<f64>,
-    /// The largest change of a score from the reference, over all lights and scenes, and where.
+    /// The largest change of a score from the reference, over all lights and scenes, with the light and scene.
     pub(crate) change: Option<(String, f64)>,
-    /// Pictures that a diagnostic keeps from being drawn, since the driver lacks what they need.
+    /// Pictures rejected by a diagnostic, since the driver lacks a feature or limit.
     pub(crate) rejected: Vec<NotDrawn>,
-    /// Other failures.
+    /// Pictures that failed for another reason.
     pub(crate) failures: Vec<NotDrawn>,
-    /// The number of pictures with a rest that may be filtering: with the nearest texel they are not drawn.
+    /// The number of pictures with unexplained differences that have no rendering with nearest-texel sampling.
     pub(crate) without_nearest: usize,
-    /// Features that the command said are off, with the number of pictures.
+    /// Features that the command reported as off, with the number of pictures.
     pub(crate) off: BTreeMap<String, usize>,
 }
 
-/// A picture that is not drawn.
+/// A picture that was not rendered, and the reason.
 pub(crate) struct NotDrawn {
     pub(crate) picture: String,
     pub(crate) reason: String,
 }
 
-/// A driver with all rows.
+/// The results of a driver, with all rows of its table.
 pub(crate) struct Section {
     pub(crate) name: String,
     pub(crate) adapter: Adapter,
     pub(crate) rows: Vec<Row>,
 }
 
-/// Whether nothing is off but what changes no picture.
+/// Returns `true` if every disabled feature leaves the picture unchanged.
 fn is_whole<'a>(off: impl IntoIterator<Item = &'a String>) -> bool {
     off.into_iter().all(|feature| WITHOUT_TRACE.contains(&feature.as_str()))
 }
@@ -104,7 +104,7 @@ impl Arguments {
 struct Run {
     drawings: Drawings,
     drivers: Vec<(Driver, Adapter)>,
-    /// The cases that are drawn now, and all of the table.
+    /// The cases to render in this run; `all` has every case of the table.
     drawn: Vec<Case>,
     all: Vec<Case>,
     scenes: &'static [&'static str],
@@ -133,7 +133,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Draws, and writes the table; whether all is as it should be.
+/// Renders the pictures and writes the table. Returns `true` if there are no complaints.
 fn run(program: &Path, folder: &Path, file: &Path, arguments: &Arguments) -> Result<bool, String> {
     let mut run = Run::new(program, folder, arguments)?;
     let until = || arguments.minutes.map(|minutes| Instant::now() + Duration::from_secs(60 * minutes));
@@ -180,7 +180,7 @@ impl Run {
         Ok(Self { drawings, drivers, drawn, all, scenes, creases: BTreeMap::new() })
     }
 
-    /// The pictures with the defaults, the scores on the first scene, all other pictures, and the other scores.
+    /// Returns the jobs by priority: default pictures, scores on the first scene, other pictures, other scores.
     fn jobs(&self) -> Vec<Job<'_>> {
         let drivers = || self.drivers.iter().map(|(driver, _)| driver);
         let pictures = |case: &Case| {
@@ -204,7 +204,7 @@ impl Run {
         jobs
     }
 
-    /// The pictures with textures at the nearest texel that explain differences.
+    /// Returns the jobs for pictures with nearest-texel sampling, for cases with unexplained differences.
     fn nearest_jobs(&self) -> Vec<Job<'_>> {
         let (lavapipe, _) = &self.drivers[0];
         let mut jobs = Vec::new();
@@ -216,7 +216,7 @@ impl Run {
         jobs
     }
 
-    /// The reference's pictures with a turned camera, for what is still unexplained.
+    /// Returns the jobs for pictures with a rotated camera on the reference driver, for cases still unexplained.
     fn turned_jobs(&self) -> Vec<Job<'_>> {
         let (driver, _) = &self.drivers[0];
         let found = self.drawn.iter().zip(self.all_unexplained());
@@ -228,12 +228,12 @@ impl Run {
         cases.flat_map(jobs).collect()
     }
 
-    /// [`Self::unexplained`] of each case that is drawn.
+    /// Returns [`Self::unexplained`] for each case to render.
     fn all_unexplained(&self) -> Vec<Vec<&Driver>> {
         parallel(&self.drawn, |case| self.unexplained(case))
     }
 
-    /// The drivers whose picture has pixels that nothing explains yet.
+    /// Returns the drivers whose picture has pixels that are not yet explained.
     fn unexplained(&self, case: &Case) -> Vec<&Driver> {
         let others = self.drivers[1..].iter().map(|(driver, _)| driver);
         let is_unexplained = |driver: &&Driver| {
@@ -242,7 +242,7 @@ impl Run {
         others.filter(is_unexplained).collect()
     }
 
-    /// The difference of a picture from the reference's, if both are there.
+    /// Returns the difference of a driver's picture from the reference's; `None` if either is missing.
     fn difference(&self, driver: &Driver, case: &Case) -> Option<Difference> {
         let (lavapipe, _) = &self.drivers[0];
         let load = |driver, case: &Case, variant| self.drawings.picture(driver, case, variant);

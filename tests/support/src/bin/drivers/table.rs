@@ -7,7 +7,7 @@ use crate::{MAX_SCORE_CHANGE, MAX_UNEXPLAINED, NotDrawn, Row, Section, is_whole}
 
 const HEAD: &str = "| | drawn | >2 | >8 | edge | filtering | placement | rest | worst | IoU | change |\n|---|---|---|---|---|---|---|---|---|---|---|\n";
 
-/// The sentences below the sections of some drivers: faults that a rest comes from, and where pictures are from.
+/// Remarks below the sections of some drivers: known defects of the driver, and the origin of pictures.
 const NOTES: [(&str, &str); 2] = [
     (
         "SwiftShader",
@@ -22,7 +22,7 @@ const NOTES: [(&str, &str); 2] = [
     ),
 ];
 
-/// The page.
+/// Returns the Markdown page with the tables of all drivers.
 pub(crate) fn markdown(sections: &[Section], is_quick: bool, commit: &str) -> String {
     let mut text = String::from("# Drivers\n\n");
     let (command, what) = match is_quick {
@@ -77,7 +77,7 @@ pub(crate) fn markdown(sections: &[Section], is_quick: bool, commit: &str) -> St
     text
 }
 
-/// The features that are off, and the pictures that are not drawn.
+/// Returns the remarks on a row: disabled features, missing pictures and changed scores.
 fn notes(row: &Row) -> impl Iterator<Item = String> {
     let off = row
         .off
@@ -103,7 +103,7 @@ fn pictures(count: usize) -> String {
     format!("{count} {}", if count == 1 { "picture" } else { "pictures" })
 }
 
-/// Pictures by the reason for which they are not drawn, in the order of the first ones.
+/// Groups missing pictures by the reason, in the order of first occurrence.
 fn by_reason<'a>(failures: impl IntoIterator<Item = &'a NotDrawn>) -> Vec<(Vec<&'a str>, &'a str)> {
     let mut all: Vec<(Vec<&str>, &str)> = Vec::new();
     for NotDrawn { picture, reason } in failures {
@@ -115,7 +115,7 @@ fn by_reason<'a>(failures: impl IntoIterator<Item = &'a NotDrawn>) -> Vec<(Vec<&
     all
 }
 
-/// A few pictures by name, and more by their number.
+/// Returns the names of up to three pictures, or else the number of pictures.
 fn several(row: &str, pictures: &[&str]) -> String {
     match pictures {
         [_, _, _, _, ..] => format!("{} pictures of {row}", pictures.len()),
@@ -136,7 +136,7 @@ fn cells(row: &Row) -> Vec<String> {
     std::iter::once(drawn).chain(percent).chain([worst, score, change]).collect()
 }
 
-/// Complaints about a table.
+/// Returns descriptions of failures, unexplained differences and changed scores.
 pub(crate) fn complaints(sections: &[Section]) -> Vec<String> {
     let mut complaints = Vec::new();
     for section in sections {

@@ -7,27 +7,26 @@ use std::path::{Path, PathBuf};
 use serde_json::{Value, json};
 use umbragraph_test_support::glb::container;
 
-/// `NEAREST` of OpenGL, as glTF has it.
+/// The code of `NEAREST` filtering in OpenGL and glTF.
 const NEAREST: u32 = 9728;
-/// The part of a pixel by which a turned camera moves the middle of the picture: the distance between two places that a
-/// vertex can have with the fewest bits that Vulkan allows for parts of a pixel (`subPixelPrecisionBits`), which are
-/// SwiftShader's.
+/// The fraction of a pixel by which a rotated camera moves the picture's centre. It equals the vertex grid at the
+/// lowest `subPixelPrecisionBits` of Vulkan, which SwiftShader has.
 const STEP: f64 = 1.0 / 16.0;
-/// The rows of all pictures.
+/// The height of all pictures, in pixels.
 const ROWS: f64 = 180.0;
 
-/// A scene, or what it is changed to.
+/// A modification of a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Variant {
-    /// As it is.
+    /// The unmodified scene.
     Whole,
-    /// With textures that are sampled at the nearest texel of the largest level.
+    /// The scene with nearest-texel sampling of the largest mip level.
     Nearest,
-    /// With a camera that looks a part of a pixel up or down, or left or right.
+    /// The scene with a camera that is rotated by a fraction of a pixel.
     Turned(Side),
 }
 
-/// The direction in which a camera is turned.
+/// The direction in which the camera is rotated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Side {
     Up,
@@ -36,11 +35,11 @@ pub(crate) enum Side {
     Right,
 }
 
-/// All sides.
+/// All directions.
 pub(crate) const SIDES: [Side; 4] = [Side::Up, Side::Down, Side::Left, Side::Right];
 
 impl Variant {
-    /// The word for it in the name of a file; empty for the scene as it is.
+    /// Returns the suffix for file names; empty for the unmodified scene.
     pub(crate) fn word(self) -> &'static str {
         match self {
             Self::Whole => "",
@@ -52,10 +51,10 @@ impl Variant {
         }
     }
 
-    /// The file of the variant of a scene: the scene's own, or one that is written to a folder.
+    /// Returns the file of the modified scene, and writes it into a folder if needed.
     ///
     /// # Errors
-    /// A file that cannot be read, written, or is no glTF binary.
+    /// A file that cannot be read or written, or is no glTF binary.
     pub(crate) fn scene(self, path: &Path, folder: &Path) -> Result<PathBuf, String> {
         if self == Self::Whole {
             return Ok(path.to_owned());
@@ -93,7 +92,7 @@ fn sample_nearest(document: &mut Value) {
     }
 }
 
-/// Moves each camera to a node below its own, which is turned.
+/// Moves each camera to a new, rotated child node. Returns `None` if the document has an unexpected form.
 fn turn_cameras(document: &mut Value, side: Side) -> Option<()> {
     let cameras = document.get("cameras").cloned().unwrap_or_default();
     let nodes = document.get_mut("nodes")?.as_array_mut()?;
