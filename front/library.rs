@@ -62,7 +62,8 @@ impl Library {
         }
     }
 
-    /// Adds the shader templates in a folder and its subfolders. A template replaces a bundled one of the same name.
+    /// Adds the shader templates in a folder and its subfolders. A template replaces one of the same name that
+    /// is bundled or was added before.
     #[must_use]
     pub fn templates(mut self, folder: impl Into<PathBuf>) -> Self {
         self.folders.push(folder.into());

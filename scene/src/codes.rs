@@ -46,7 +46,7 @@ umbragraph_pipeline::codes! {
     /// The node hierarchy has a cycle or a node with two parents.
     NOT_A_TREE = "UG0714", "node hierarchy is not a tree",
         "Every node has at most one parent, and no node is its own ancestor.";
-    /// The scene exceeds a size limit of the loader (see [`crate::load::limits`]).
+    /// The scene exceeds a size limit of the loader (see `load::limits`).
     TOO_LARGE = "UG0715", "scene too large",
         "Loading stays within fixed limits for bytes, objects, vertices, texels and draws, so that a broken or hostile file cannot exhaust memory. The limits are the constants of `umbragraph_scene::load::limits`.";
     /// The projection parameters or the node of a camera give no usable view.

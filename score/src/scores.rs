@@ -11,7 +11,7 @@
 //! | contact leak | leak in contact shadows, without their edges |
 //! | penumbra error | the mean of |grey − visible part| where that part is between 0.02 and 0.98; the mean error is over all |
 //!
-//! Each score is given for the [`BANDS`]: band 0 holds all pixels, band *k* leaves out pixels nearer than *k* pixels to
+//! Each score is given for the [`BANDS`]: band 0 holds all pixels, band *k* holds those farther than *k* − 1 pixels from
 //! a shadow edge. It is also given by distance from the camera, for each doubling. A score with a zero denominator does
 //! not exist.
 

@@ -251,7 +251,7 @@ impl Painter {
         let _ = receiver.await;
     }
 
-    /// Opens an error scope of the device; [`Listener::rejected`] returns the error that it caught.
+    /// Opens a scope for validation errors of the device; [`Listener::rejected`] returns the error that it caught.
     pub fn listen(&self) -> Listener {
         Listener(Some(self.device.push_error_scope(wgpu::ErrorFilter::Validation)))
     }
@@ -326,7 +326,7 @@ pub struct Listener(Option<wgpu::ErrorScopeGuard>);
 
 #[wasm_bindgen]
 impl Listener {
-    /// Closes the scope. Returns the first error of the device since it was opened; `None` if there was none.
+    /// Closes the scope. Returns the first validation error of the device since it was opened; `None` without one.
     pub async fn rejected(mut self) -> Option<String> {
         Some(self.0.take()?.pop().await?.to_string())
     }

@@ -335,7 +335,7 @@ impl Executor {
         }
     }
 
-    /// The buffer of a resource; `None` if the plan has none of this name. Other resources may share it within a frame.
+    /// The buffer of a resource; `None` if the plan has no buffer of this name. Others may share it within a frame.
     pub fn buffer(&self, name: &str) -> Option<&wgpu::Buffer> {
         match self.instantiated.resources.physical(&self.instantiated.plan, name)? {
             Physical::Buffer(index) => self.instantiated.resources.textures.buffer(index),

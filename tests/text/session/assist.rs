@@ -39,9 +39,7 @@ fn keys_are_those_of_the_schema_with_their_descriptions() {
     let (replaced, found) = expected("whole.json", &whole("\"fill\": { ", "\"fill\": { |"));
     let after = found.iter().find(|one| one.label == "after").expect("a key of passes");
     assert_eq!((replaced.as_str(), after.text.as_str()), ("", "\"after\": "));
-    assert!(
-        after.description.as_ref().is_some_and(|text| text.starts_with("Passes that have to run before"))
-    );
+    assert!(after.description.as_ref().is_some_and(|text| text.starts_with("Passes that must run before")));
     assert!(!found.iter().any(|one| one.label == "compute"), "it has a node kind already");
     let empty = texts("whole.json", &whole("\"passes\": { ", "\"passes\": { \"new\": { | }, "));
     assert!(

@@ -140,8 +140,8 @@ fn object_count(blocks: &[Option<(u32, u32)>], room: &[Option<u64>]) -> u32 {
     counts.min().unwrap_or(u32::MAX)
 }
 
-/// Creates a bind group. Also returns, for each binding, the bytes of its buffer after the bound range; `None` where
-/// the range exceeds the buffer.
+/// Creates a bind group. Also returns, for each binding, the bytes of its buffer after the bound range; `None` if
+/// it binds no buffer, or the range exceeds the buffer.
 fn make<'a>(
     creation: &mut Creation<'_>,
     layout: &HostLayout,

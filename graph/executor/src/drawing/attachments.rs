@@ -190,7 +190,8 @@ impl Attachments {
         self.color.iter().map(|color| color.layers.len()).chain(depth).chain(stencil)
     }
 
-    /// Adopts the store operations of a later pass that is recorded into the same render pass.
+    /// Adopts the store operations of a later pass that is recorded into the same render pass. Depth and stencil stay
+    /// read-only only if they are in both.
     pub(crate) fn end_like(&mut self, last: &Self) {
         for (color, last) in self.color.iter_mut().zip(&last.color) {
             color.store = last.store;

@@ -303,18 +303,24 @@ impl<'a> Checker<'a, '_> {
         }
     }
 
-    /// Reports a diagnostic. If it has no help text, it gets the first line of the schema's description.
+    /// Reports a diagnostic. If it has no help text, it gets the first sentence of the schema's description.
     fn push(&mut self, diagnostic: Diagnostic, pointer: &Pointer<'_>) {
         let mut diagnostic = diagnostic.pointer(pointer);
         if diagnostic.help.is_none() {
-            let description = self.description.and_then(|text| text.lines().next());
-            diagnostic.help = Some(match description {
-                Some(text) => format!("what belongs here: {}", text.trim_end_matches('.')),
+            diagnostic.help = Some(match self.description.map(first_sentence) {
+                Some(text) => format!("what belongs here: {text}"),
                 None => "the schema says what belongs here".to_owned(),
             });
         }
         self.diagnostics.push(diagnostic);
     }
+}
+
+/// Returns the first sentence of a description on one line, without its full stop.
+fn first_sentence(description: &str) -> String {
+    let paragraph = description.split("\n\n").next().unwrap_or_default().replace('\n', " ");
+    let sentence = paragraph.split(". ").next().unwrap_or_default();
+    sentence.trim_end_matches('.').to_owned()
 }
 
 /// Creates the diagnostic for a key that is not one of `known`; `beside` are all members of its object.

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use serde_json::Value as Json;
 
-use super::{Kind, Signs, Value};
+use super::{Kind, Signs, Value, first_sentence};
 use crate::diagnostic::list_of;
 
 /// A compiled JSON Schema, which can check any number of documents.
@@ -239,8 +239,7 @@ impl<'a> Maker<'a> {
                     .and_then(|property| resolve(property, self.root).or(Some(property)))
                     .and_then(|property| property.get("description"))
                     .and_then(Json::as_str)
-                    .and_then(|text| text.lines().next())
-                    .map(str::to_owned),
+                    .map(first_sentence),
             })
             .collect();
         rules
