@@ -72,7 +72,7 @@ fn main() {
         println!("ratio replan/{name} {ratio:.3}");
         rows.push([
             format!("`awsm` planned for another {name}, over its first check"),
-            format!("{ratio:.3}"),
+            format!("{ratio:.5}"),
         ]);
     }
     measure::table(["what", "ratio"], &rows);
