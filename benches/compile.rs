@@ -63,7 +63,7 @@ fn main() {
             format!("{:.1} ms", verify.as_secs_f64() * 1e3),
             mebibytes,
         ]);
-        rows.extend(<[String; 7]>::try_from(row));
+        rows.push(<[String; 7]>::try_from(row).expect("a cell for each head"));
         println!("ratio compile/{name}/time_of_10000_passes_to_3us_each {:.3}", last / 3.0);
         println!("ratio compile/{name}/slope_to_1.1 {:.3}", slope / 1.1);
         println!("ratio compile/{name}/resize/full {resize:.3}");
@@ -117,8 +117,7 @@ fn min_time(pipeline: &Arc<TypedPipeline>, sources: &Sources, runs: usize) -> Du
     (0..runs).map(|_| run()).min().unwrap_or_default()
 }
 
-/// Returns the time of planning for another size divided by that of planning from scratch, both without building the
-/// graph.
+/// Returns a ratio: the time to plan a built graph for another size, over the time to plan it from scratch.
 fn resize_ratio(graph: &Graph) -> f64 {
     let (pipeline, sources) = pipeline(graph);
     let (graph, other) = (built(&pipeline), [65, 64]);

@@ -294,8 +294,7 @@ fn validate_file(path: &str) {
     drop(info.expect("the text is valid"));
 }
 
-/// Returns axes with 384 combinations, three of which the template reads, and `free` more boolean axes that it never
-/// reads.
+/// Returns axes with 384 combinations. The template reads three of them, and none of `free` more boolean axes.
 fn synthetic_axes(free: usize) -> String {
     let mut axes = String::from(
         "{ \"axes\": { \"group\": { \"type\": \"integer\", \"min\": 1, \"max\": 3, \"default\": 1 }",

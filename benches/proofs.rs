@@ -1,10 +1,11 @@
-//! The proofs of every pipeline of `pipelines/`, each by a process of its own: `umbragraph permutations`, for all
-//! profiles that it claims.
+//! The cost of `umbragraph permutations` for each file of `pipelines/`, one process each.
 //!
-//! First nothing is cached, then the command runs twice with one new cache, and the second of these is measured. On
-//! Linux the memory is the largest resident set of the process, and the CPU time that of all its threads, read every
-//! hundredth of a second; elsewhere both are missing. Lines `ratio NAME VALUE` are ours divided by what is aimed at:
-//! 8 s of the CPU and 400 MB together, and 0.1 s where everything is known.
+//! The command runs three times: without a cache, with a new cache, and with that cache again. The table shows the CPU
+//! time and the memory of the first run, and the wall time of the third.
+//!
+//! CPU time is the sum over all threads, and memory the largest resident set. Both are read from `/proc` every 10 ms;
+//! their cells are empty on systems without it. Lines `ratio NAME VALUE` divide by the aims: 8 s of CPU time for all
+//! pipelines, 400 MB for the largest, and 0.1 s for all third runs.
 //!
 //! `cargo bench -p umbragraph-cli --no-default-features --bench proofs`
 

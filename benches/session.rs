@@ -104,7 +104,7 @@ fn steps(path: &str, text: &str, edit: &dyn Fn(usize) -> String) -> [f64; 5] {
     least
 }
 
-/// Returns a chain of full-screen passes, each of which reads the output of the previous one.
+/// Returns a chain of full-screen passes: each reads the output of the previous one.
 fn chain(count: usize) -> String {
     let (mut resources, mut passes) = (String::new(), String::new());
     for at in 0..count {

@@ -77,7 +77,7 @@ pub(crate) fn pipeline(graph: &Graph) -> (Arc<TypedPipeline>, Sources) {
 
 const SAME: [u32; 2] = [64, 64];
 
-/// Returns a chain of passes, each of which reads the output of the previous one.
+/// Returns a chain of passes: each reads the output of the previous one.
 fn chain(count: usize) -> Graph {
     each_writes(count, |at| at.checked_sub(1).into_iter().collect(), |at| at + 1 == count)
 }

@@ -14,7 +14,7 @@ mod watching;
 
 use std::path::PathBuf;
 
-use clap::error::ErrorKind;
+use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Args, CommandFactory as _, Parser, Subcommand};
 use umbragraph::diagnostic::list_of;
 use umbragraph::low_level::compiler::Objective;
@@ -32,6 +32,16 @@ pub(crate) use testing::TestArguments;
 pub(crate) use viewing::ViewArguments;
 pub(crate) use watching::WatchArguments;
 
+/// The subcommands that a build can leave out, each with the feature that adds it.
+const OF_FEATURES: [(&str, &str); 6] = [
+    ("adapters", "gpu"),
+    ("lsp", "lsp"),
+    ("render", "gpu"),
+    ("score", "score"),
+    ("test", "gpu"),
+    ("tune", "score"),
+];
+
 /// Checks, inspects and renders render-graph pipelines.
 #[derive(Parser)]
 #[command(name = "umbragraph", version, about)]
@@ -46,7 +56,7 @@ impl Arguments {
     /// # Errors
     /// A command line that cannot be parsed, or one that requests the help text.
     pub(crate) fn of_process() -> Result<Self, clap::Error> {
-        let arguments = Self::try_parse()?;
+        let arguments = Self::try_parse().map_err(explained)?;
         let conflict = match &arguments.command {
             Command::Fmt(FmtArguments { files, strict: true, .. }) if files.len() > 1 => {
                 (ErrorKind::TooManyValues, "--strict prints one file; give it one")
@@ -76,6 +86,16 @@ impl Arguments {
         };
         Err(Self::command().error(conflict.0, conflict.1))
     }
+}
+
+/// Names the feature behind a subcommand that this build leaves out.
+fn explained(error: clap::Error) -> clap::Error {
+    let Some(ContextValue::String(name)) = error.get(ContextKind::InvalidSubcommand) else { return error };
+    let Some((name, feature)) = OF_FEATURES.iter().find(|(known, _)| known == name) else { return error };
+    let message = format!(
+        "this build of the command has no `{name}`: install it with the cargo feature `{feature}`, which is on by default"
+    );
+    Arguments::command().error(ErrorKind::InvalidSubcommand, message)
 }
 
 #[derive(Subcommand)]
@@ -392,5 +412,18 @@ fn parse_size(text: &str) -> Result<[u32; 2], String> {
     match [side(width)?, side(height)?] {
         [0, _] | [_, 0] => Err("a picture has at least one pixel in each direction".to_owned()),
         size => Ok(size),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    #[cfg(all(feature = "lsp", feature = "score"))]
+    fn what_a_build_can_leave_out_is_there_with_all_features() {
+        let command = Arguments::command();
+        let missing = OF_FEATURES.iter().find(|(name, _)| command.find_subcommand(name).is_none());
+        assert_eq!(missing, None);
     }
 }

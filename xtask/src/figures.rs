@@ -96,14 +96,13 @@ fn blocks(text: &str) -> Result<Vec<Block>, String> {
         let close = text[head..].find("-->").ok_or("a comment has no end")?;
         let (whose, command) =
             text[head..head + close].split_once(':').ok_or("a comment names no command")?;
+        let command = command.trim().to_owned();
         let start = head + close + "-->\n".len();
-        let end = text.get(start..).and_then(|rest| rest.find(END));
+        let rest = text.get(start..).unwrap_or_default();
+        // Another table before the end means that this one has none.
+        let end = rest.find(END).filter(|end| !rest[..*end].contains(BEGIN));
         let end = start + end.ok_or_else(|| format!("{command}: there is no \"{END}\""))?;
-        blocks.push(Block {
-            range: start..end,
-            command: command.trim().to_owned(),
-            needs_gpu: whose.contains("GPU"),
-        });
+        blocks.push(Block { range: start..end, command, needs_gpu: whose.contains("GPU") });
         from = end;
     }
     Ok(blocks)
@@ -163,6 +162,8 @@ mod tests {
         assert_eq!((&page[first.range.clone()], &*first.command), ("| 1 |\n", "cargo bench"));
         assert_eq!((second.range.len(), second.needs_gpu, first.needs_gpu), (0, true, false));
         assert!(blocks("<!-- figures: cargo bench -->\n| 1 |\n").unwrap_err().contains("cargo bench"));
+        let swallowed = page.replacen(END, "", 1);
+        assert!(blocks(&swallowed).unwrap_err().starts_with("cargo bench:"), "{:?}", blocks(&swallowed));
     }
 
     #[test]
