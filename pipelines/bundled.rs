@@ -18,6 +18,7 @@ pub const PIPELINES: &[(&str, &str)] = &[
     ("awsm/casters.json", include_str!("awsm/casters.json")),
     ("awsm/debug_views.json", include_str!("awsm/debug_views.json")),
     ("awsm/deferred.json", include_str!("awsm/deferred.json")),
+    ("awsm/depth_bounds.json", include_str!("awsm/depth_bounds.json")),
     ("awsm/directional_lights.json", include_str!("awsm/directional_lights.json")),
     ("awsm/filters.json", include_str!("awsm/filters.json")),
     ("awsm/lights.json", include_str!("awsm/lights.json")),

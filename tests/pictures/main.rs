@@ -8,6 +8,7 @@ mod common;
 mod brdf;
 mod contact;
 mod coverage;
+mod depth_bounds;
 mod depth_of_field;
 mod details;
 mod effects;
