@@ -35,13 +35,13 @@ pub enum CameraArgument {
     Orbit,
     /// A straight walk forward.
     Walk,
-    /// A random position in every frame, derived from this seed.
+    /// A random position and direction in every frame, derived from this seed.
     Random(u64),
     /// A path along the keys in this file.
     File(PathBuf),
 }
 
-/// Obstacles that a camera which moves by itself must not run into.
+/// The obstacles of a scene, as queries for a camera that follows an automatic path.
 pub trait Obstacles {
     /// Returns the nearest position at or straight above `place` with nothing above it. Coordinates are in metres.
     fn lifted(&self, place: DVec3) -> DVec3;
@@ -50,10 +50,10 @@ pub trait Obstacles {
 }
 
 impl CameraArgument {
-    /// Parses the value of the option. A text that is not one of the keywords is the name of a file.
+    /// Parses the value of the option `--camera`. A value that is not one of the keywords is the path of a key file.
     ///
     /// # Errors
-    /// None.
+    /// Never returned: every value is valid.
     pub fn parse(text: &str) -> Result<Self, std::convert::Infallible> {
         if let Some(seed) = text.strip_prefix("random:").and_then(|seed| seed.parse().ok()) {
             return Ok(Self::Random(seed));
@@ -76,7 +76,7 @@ pub enum CameraPath {
     Orbit,
     /// A straight walk forward.
     Walk,
-    /// A random position in every frame, derived from this seed.
+    /// A random position and direction in every frame, derived from this seed.
     Random(u64),
     /// A path along keys; the list has at least one.
     Keys(Vec<Key>),
@@ -120,7 +120,8 @@ impl CameraPath {
         matches!(self, Self::Orbit | Self::Walk)
     }
 
-    /// The camera of the frame of an index: `part` of the whole way is behind it, `time` is in seconds.
+    /// Returns the camera of a frame. `scene` is the scene's own camera, and `around` the obstacles, if any. The
+    /// numbers are the frame index, the covered fraction of the path from 0 to 1, and the time in seconds.
     pub fn camera(
         &self,
         scene: Camera,
@@ -178,7 +179,8 @@ impl CameraPath {
     }
 }
 
-/// Returns three pseudo-random numbers from 0 to 1 for a seed (S. Vigna's splitmix64); `which` selects one of several.
+/// Returns three pseudo-random numbers from 0 to 1 (S. Vigna's splitmix64). `which` selects one of several sets of
+/// three numbers for the same seed.
 fn random(seed: u64, which: u64) -> DVec3 {
     DVec3::from([1, 2, 3].map(|at| {
         let mut bits = seed.wrapping_mul(8).wrapping_add(3 * which + at).wrapping_mul(0x9e37_79b9_7f4a_7c15);

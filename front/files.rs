@@ -60,7 +60,7 @@ pub fn replace_if(path: &Path, known: &str, text: &str) -> Result<(), Diagnostic
 pub struct Unfinished {
     /// The final path, as the caller gave it.
     path: PathBuf,
-    /// The final path with a symbolic link resolved.
+    /// The final path with symbolic links resolved.
     place: PathBuf,
     temporary: PathBuf,
     /// The permissions of the file to be replaced; `None` for a new file.
@@ -68,7 +68,7 @@ pub struct Unfinished {
 }
 
 impl Unfinished {
-    /// Creates the temporary file.
+    /// Creates the temporary file for a final path, and returns it open for writing.
     ///
     /// # Errors
     /// A folder that does not exist or is not writable.
@@ -86,7 +86,7 @@ impl Unfinished {
         Ok((unfinished, file))
     }
 
-    /// The path of the temporary file.
+    /// The final path, as the caller gave it.
     pub fn path(&self) -> &Path {
         &self.path
     }

@@ -1,4 +1,4 @@
-//! [`Library`]: what pipelines are loaded with.
+//! [`Library`]: the environment that pipelines are loaded with.
 
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -38,7 +38,7 @@ pub struct Library {
     folders: Vec<PathBuf>,
     texts: Vec<(String, Arc<str>)>,
     roots: Vec<PathBuf>,
-    /// The session; `None` until the first load.
+    /// The session that all loads share; `None` before the first load.
     session: Arc<Mutex<Option<Session>>>,
 }
 
@@ -70,7 +70,8 @@ impl Library {
         self.again()
     }
 
-    /// Adds a template from its text, or a file of axes for a template.
+    /// Adds a shader template from its source, or the axes file of a template (`.axes.json`) from its text. `name` is
+    /// the path relative to a template folder.
     #[must_use]
     pub fn template(mut self, name: impl Into<String>, text: impl Into<Arc<str>>) -> Self {
         self.texts.push((name.into(), text.into()));
@@ -113,7 +114,7 @@ impl Library {
         self.again()
     }
 
-    /// Returns this library without the session that it shared.
+    /// Returns this library without its session, so that the next load begins a new one.
     fn again(mut self) -> Self {
         self.session = Arc::default();
         self
@@ -137,7 +138,7 @@ impl Library {
     /// paths in the document are relative to this path.
     ///
     /// # Errors
-    /// As of [`Library::load`].
+    /// The errors of [`Library::load`].
     pub fn load_text(&self, name: &str, text: &str) -> Result<Pipeline, Error> {
         let target = Target::new(name);
         self.with_session(|session| {
@@ -197,10 +198,10 @@ impl Library {
     }
 }
 
-/// The parts that a [`Watcher`](crate::Watcher) needs.
+/// Methods that only [`Watcher`](crate::Watcher) uses.
 #[cfg(feature = "watch")]
 impl Library {
-    /// The template folders.
+    /// The folders with shader templates, in the order in which they were added.
     pub(super) fn folders(&self) -> &[PathBuf] {
         &self.folders
     }
@@ -212,7 +213,8 @@ impl Library {
         loaded.iter().flat_map(|loaded| loaded.paths().filter(on_disk).map(Path::to_path_buf)).collect()
     }
 
-    /// Reads all files of a pipeline again. Returns `running` if they differ from it only in comments.
+    /// Reads all files of a pipeline again. Returns `running`, the version in use, if the files differ from that
+    /// version at most in comments.
     pub(super) fn read_again(
         &self,
         target: &Target,

@@ -1,4 +1,4 @@
-//! [`Options`]: what a pipeline is planned with.
+//! [`Options`]: the inputs of a plan.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::panic::Location;
@@ -29,7 +29,7 @@ pub(super) struct Given {
 }
 
 impl PartialEq for Given {
-    /// Returns `true` if names and values are equal, wherever they were set.
+    /// Returns `true` if names and values are equal; the places that set them do not count.
     fn eq(&self, other: &Self) -> bool {
         (&self.name, &self.value) == (&other.name, &other.value)
     }
@@ -89,8 +89,8 @@ impl<T: Setting + ?Sized> Setting for &T {
     }
 }
 
-/// Returns the number with the fewest decimal places that rounds to this 32-bit number: 0.1, not 0.10000000149, which
-/// would lie outside a range up to 0.1.
+/// Returns the number with the fewest decimal places that rounds to `number`: 0.1 instead of 0.10000000149, which would
+/// exceed a maximum of 0.1.
 fn decimal(number: f32) -> f64 {
     let exact = f64::from(number);
     let rounded = |places: i32| {
@@ -122,7 +122,7 @@ impl Options {
         self
     }
 
-    /// Sets a parameter.
+    /// Sets a parameter of the pipeline to a value.
     #[must_use]
     #[track_caller]
     pub fn set(mut self, parameter: impl Into<String>, value: impl Setting) -> Self {
@@ -131,7 +131,7 @@ impl Options {
         self
     }
 
-    /// Sets a feature: to a boolean, or to a keyword.
+    /// Sets a feature of the pipeline to a boolean or to a keyword.
     #[must_use]
     #[track_caller]
     pub fn feature(mut self, feature: impl Into<String>, value: impl Setting) -> Self {
@@ -160,8 +160,8 @@ impl Options {
         self
     }
 
-    /// Sets the descriptors of imports from the host's textures, or parts of them: the same list as for
-    /// `Frame::imports`.
+    /// Sets the descriptors of imported textures from the host's textures, or from parts of textures such as one mip
+    /// level. Takes the same list as `Frame::imports`.
     #[cfg(feature = "gpu")]
     #[must_use]
     pub fn imports<'a>(mut self, imports: impl Into<crate::executor::FrameImports<'a>>) -> Self {
@@ -171,7 +171,8 @@ impl Options {
         self
     }
 
-    /// Sets the data sizes that CPU passes request, in place of the planned ones (`Executor::wanted_sizes`).
+    /// Sets the sizes of data that CPU passes publish, keyed `DATA.SIZE`, in place of their initial values.
+    /// `Executor::wanted_sizes` returns the sizes that the passes request.
     #[must_use]
     pub fn data_sizes(mut self, sizes: BTreeMap<String, u32>) -> Self {
         self.plan.data_sizes = sizes;

@@ -33,7 +33,7 @@ pub fn is_of_screen(format: TextureFormat) -> bool {
     matches!(format, TextureFormat::Rgba8Unorm | TextureFormat::Rgba8UnormSrgb)
 }
 
-/// Returns the name of the final picture as [`picture_of`] does, in any color format.
+/// Returns the name of the final picture as [`picture_of`] does, but accepts any color format.
 ///
 /// # Errors
 /// No such texture, or one of depth, of integers, or of another size than the viewport.

@@ -17,7 +17,7 @@ use crate::low_level::shader::TargetProfile;
 use crate::low_level::source::{Sources, Span};
 
 /// A loaded pipeline, to be planned for sizes, parameters and features. Planning again parses nothing; if only sizes
-/// differ from an earlier plan, the rest of that plan is reused. Clones are the same pipeline.
+/// differ from an earlier plan, the rest of that plan is reused. Clones share the loaded files and compare equal.
 #[derive(Clone)]
 pub struct Pipeline {
     loaded: Loaded,
@@ -63,23 +63,23 @@ impl Pipeline {
         }
     }
 
-    /// Returns `true` if the pipeline was created from this load.
+    /// Returns `true` if the pipeline was created from `loaded`, not from another load of the same files.
     #[cfg(feature = "watch")]
     pub(super) fn is_of(&self, loaded: &Loaded) -> bool {
         self.loaded == *loaded
     }
 
-    /// The warnings and notes of loading.
+    /// The warnings and notes that loading the pipeline reported.
     pub fn findings(&self) -> &Diagnostics {
         &self.findings
     }
 
-    /// The composed document.
+    /// The pipeline's document, composed of its file and the files that it extends, includes and uses.
     pub fn document(&self) -> &Document {
         &self.composed.document
     }
 
-    /// The texts of all documents and templates of the pipeline.
+    /// The source texts of all documents and templates of the pipeline.
     pub fn sources(&self) -> &Sources {
         self.loaded.sources()
     }
@@ -100,7 +100,8 @@ impl fmt::Debug for Pipeline {
 }
 
 impl Pipeline {
-    /// Returns the values that the options set.
+    /// Returns the values of parameters and features from the preset, the parameter files and the options. Later
+    /// sources in this order take priority.
     fn overrides(&self, options: &Options, files: &[ParameterFile], findings: &mut Diagnostics) -> Overrides {
         let mut numbers = 0..;
         let mut place = || Span::of_host(numbers.next().unwrap_or_default());

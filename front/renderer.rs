@@ -1,4 +1,4 @@
-//! [`Renderer`]: a pipeline recorded frame by frame, whatever becomes of it.
+//! [`Renderer`]: records a pipeline frame by frame, and plans again after changes.
 
 use std::sync::Arc;
 

@@ -17,7 +17,7 @@ use crate::wgpu;
 /// The gap between the layers of a texture on a sheet, in texels.
 const GAP: u32 = 2;
 
-/// A picture of linear values whose layers lie side by side, row by row from the top.
+/// The texel values of a texture as one picture, with the layers side by side.
 #[derive(Clone, Debug)]
 pub struct Sheet {
     /// The width, in texels.
@@ -26,7 +26,7 @@ pub struct Sheet {
     pub height: u32,
     /// The number of channels, from 1 to 4.
     pub channels: usize,
-    /// The channel values of each pixel; black in gaps.
+    /// The channel values of each pixel, row by row from the top; black in gaps.
     pub values: Vec<[f32; 4]>,
     /// For each pixel: `true` for a texel, `false` for a gap.
     is_texel: Vec<bool>,
@@ -113,7 +113,8 @@ pub struct Range {
 }
 
 impl Sheet {
-    /// Returns the range of each channel; empty if values are shown as they are.
+    /// Returns the displayed range of each channel, without alpha if there are four; empty if values are shown
+    /// unscaled.
     pub fn ranges(&self, content: Content) -> Vec<Range> {
         let sorted: Vec<Vec<f32>> = (0..self.channels).map(|channel| self.sorted(channel, content)).collect();
         let fits = |values: &Vec<f32>| {
@@ -141,7 +142,8 @@ impl Sheet {
         }
     }
 
-    /// Returns the finite values of a channel that count for its range, in ascending order.
+    /// Returns the finite values of a channel that count for its range, in ascending order. Depth values of exactly 0
+    /// or 1 do not count.
     fn sorted(&self, channel: usize, content: Content) -> Vec<f32> {
         let shown = self.values.iter().zip(&self.is_texel).filter(|(_, is_texel)| **is_texel);
         let values = shown.map(|(value, _)| value[channel]).filter(|value| value.is_finite());
@@ -151,7 +153,7 @@ impl Sheet {
         values
     }
 
-    /// Converts the sheet to a picture with 8 bits per channel.
+    /// Converts the sheet to RGBA with 8 bits per channel. `ranges` is the result of [`Sheet::ranges`].
     pub fn rgba(&self, content: Content, ranges: &[Range]) -> Vec<u8> {
         let byte = |value: f32| (value.clamp(0.0, 1.0) * 255.0 + 0.5) as u8;
         self.values

@@ -21,7 +21,7 @@ use crate::streams::{complain, print, print_json};
 /// The bundled pipelines that are planned on each adapter.
 const SYSTEMS: [&str; 6] = ["mantis", "nebula", "caracal", "lore", "awsm", "umbra"];
 
-/// The description of a graphics adapter.
+/// The description of a graphics adapter, with the bundled pipelines planned on it.
 struct Described {
     name: String,
     kind: String,

@@ -15,8 +15,8 @@ pub(crate) trait Answer {
     fn json(&self) -> serde_json::Value;
 }
 
-/// Prints the answer of a command and all diagnostics. Returns `true` if there were no errors. The `work` function
-/// returns no diagnostics that the session already has.
+/// Prints the answer of a command and all diagnostics. `work` must return only diagnostics that the session does not
+/// have yet. Returns `true` if there were no errors.
 pub(crate) fn answer<A: Answer>(
     choices: &Choices,
     format: AnswerFormat,

@@ -88,7 +88,7 @@ impl Arguments {
     }
 }
 
-/// Names the feature behind a subcommand that this build leaves out.
+/// Replaces the error for a subcommand that this build leaves out by one that names its cargo feature.
 fn explained(error: clap::Error) -> clap::Error {
     let Some(ContextValue::String(name)) = error.get(ContextKind::InvalidSubcommand) else { return error };
     let Some((name, feature)) = OF_FEATURES.iter().find(|(known, _)| known == name) else { return error };

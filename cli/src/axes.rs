@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use umbragraph::low_level::shader::{AxisMode, TemplateSet};
 
-/// Returns the axes of these templates as text: values, defaults, purposes and constraints.
+/// Returns the axes of the named templates as text: values, defaults, purposes and constraints.
 pub(crate) fn human<'n>(templates: &TemplateSet, names: impl IntoIterator<Item = &'n String>) -> String {
     let mut text = String::new();
     // Writing to a string cannot fail.
@@ -30,7 +30,7 @@ pub(crate) fn human<'n>(templates: &TemplateSet, names: impl IntoIterator<Item =
     text
 }
 
-/// Returns the axes of these templates as JSON.
+/// Returns the axes of the named templates as JSON.
 pub(crate) fn json<'n>(
     templates: &TemplateSet,
     names: impl IntoIterator<Item = &'n String>,

@@ -43,7 +43,8 @@ impl Bar {
         }
     }
 
-    /// Shows the number of items done and the total. Threads may report out of order.
+    /// Shows the number of items done and the total. Numbers below those already shown are ignored, since threads may
+    /// report out of order.
     pub(crate) fn reach(&self, done: usize, all: usize) {
         if let Some(bar) = &self.0 {
             let (done, all) = (done as u64, all as u64);

@@ -30,7 +30,7 @@ const FIGURES: [Figure; 6] = [
     ("registers", |texts| texts.registers),
     ("cost", |texts| texts.worst.cost),
 ];
-/// The names of the figures that are limited per pipeline rather than per pass.
+/// The names of the figures that a budget can limit for a pipeline, besides for each pass.
 const OF_PIPELINE: [&str; 2] = ["texts", "bytes"];
 const PASSES: &str = "passes";
 
@@ -60,7 +60,7 @@ impl Budgets {
         }
     }
 
-    /// The path of the budgets file, to which the pipeline names in it are relative.
+    /// The path of the budgets file. Pipeline names in the file are relative to its folder.
     pub(crate) fn file(&self) -> LockFile<'_> {
         LockFile::new(&self.path)
     }

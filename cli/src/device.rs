@@ -17,8 +17,8 @@ pub(crate) struct Graphics {
     adapter: Adapter,
 }
 
-/// Opens the best adapter: discrete before integrated before software, and any other backend before OpenGL. A part of
-/// the adapter's name or backend, or environment variables, narrow the choice.
+/// Opens the best adapter: discrete before integrated before software, and any other backend before OpenGL. `named`, a
+/// part of the adapter's name or backend, and environment variables narrow the choice.
 ///
 /// # Errors
 /// No adapter, an adapter that provides no device, or an invalid value of an environment variable.
@@ -39,7 +39,7 @@ pub(crate) fn open(named: Option<&str>) -> Result<Graphics, Diagnostic> {
     Ok(Graphics { device, queue, name: name.clone(), adapter: adapter.clone() })
 }
 
-/// Opens an adapter with all WebGPU features and limits that it supports.
+/// Opens a device on an adapter, with all WebGPU features and limits that the adapter supports.
 ///
 /// # Errors
 /// The adapter provides no device.
@@ -89,7 +89,7 @@ fn named_as(adapters: Vec<Adapter>, wanted: &Wanted) -> Result<Vec<(String, Adap
     Ok(adapters)
 }
 
-/// Makes equal names distinct by adding a number.
+/// Makes equal names distinct by adding a number, such as ` #2`.
 fn numbered(names: Vec<String>) -> Vec<String> {
     let number = |at: usize, name: &String| {
         let like = |names: &[String]| names.iter().filter(|other| *other == name).count();

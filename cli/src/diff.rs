@@ -83,8 +83,8 @@ fn side(session: &mut Session, path: &Path, choices: &Choices) -> Option<Report>
     }
 }
 
-/// Reads a saved JSON report of a plan. `None` if the file is no such report: a report has an array of passes, a
-/// pipeline an object.
+/// Reads a saved JSON report of a plan. `None` if the file is no report: `passes` is an array in a report, and an
+/// object in a pipeline.
 fn kept(path: &Path) -> Option<serde_json::Value> {
     let mut sources = Sources::new();
     let file = read_source(path, &mut sources).ok()?;

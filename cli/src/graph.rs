@@ -80,7 +80,7 @@ fn format(arguments: &GraphArguments) -> Result<GraphFormat, Diagnostic> {
     }
 }
 
-/// Checks one pipeline and returns its report; `None` after an error.
+/// Plans one pipeline and returns the report of its plan; `None` if there is no plan.
 pub(crate) fn report(session: &mut Session, path: &Path, choices: &Choices) -> Option<Report> {
     let checked = session.check(path, choices);
     Some(Report::new(&*checked.plan?, &*checked.graph?, session.sources()))

@@ -68,7 +68,8 @@ fn case(diagnostic: &Diagnostic, file: &str, line: &str, sources: &Sources) -> T
     case
 }
 
-/// Returns the file of a diagnostic, and its line and column; the second text is empty if they are unknown.
+/// Returns the file of a diagnostic, and its line and column as ` LINE:COLUMN`. The latter is empty if they are
+/// unknown.
 fn place(diagnostic: &Diagnostic, sources: &Sources) -> (String, String) {
     match &diagnostic.place {
         Place::Span(span) => {

@@ -33,7 +33,8 @@ pub(crate) struct Measured {
 }
 
 impl Measured {
-    /// Reads a file of measurements. After an error, which the session records, returns `None`.
+    /// Reads a file of measurements. Returns `None` if the file is missing or not valid JSON. Errors are added to the
+    /// session's diagnostics.
     pub(crate) fn read(session: &mut Session, path: &Path, reports: &[TemplateReport]) -> Option<Self> {
         let root = match session.read_figures(path) {
             Ok(document) => document.root,

@@ -34,7 +34,8 @@ struct File {
     lines: Vec<String>,
 }
 
-/// Applies the fixes of pipelines and of all their files in memory.
+/// Applies, in memory only, all fixes that diagnostics of the pipelines and their files offer. Returns the changed
+/// files.
 pub(crate) fn mend(arguments: &CheckArguments) -> Mended {
     let mut mended = Mended::default();
     // Texts that were there before: no fix leads back to one.

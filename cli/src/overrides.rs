@@ -36,7 +36,8 @@ impl Session {
         below.under(Overrides { parameters, features })
     }
 
-    /// Converts `on` and `off` to booleans in a command-line setting whose declared type is `bool`.
+    /// Converts `on` and `off` to booleans in a command-line setting whose declared type is `bool`. Any other word adds
+    /// a diagnostic and returns `None`.
     fn switched(&mut self, mut setting: Override, section: &str, document: &Document) -> Option<Override> {
         let declared = document.root.entries_of(section);
         let entry = declared.iter().find(|entry| entry.key == setting.name);
@@ -71,8 +72,8 @@ impl Session {
         }
     }
 
-    /// Parses `NAME=VALUE`, where the value is JSON, or else a word. `None` if the form is invalid; the session records
-    /// the error.
+    /// Parses `NAME=VALUE`, where the value is JSON, or else a word. `without_value` is the value of a bare `NAME`.
+    /// `None` if the form is invalid; the session records the error.
     fn setting(&mut self, text: &str, without_value: Option<&str>) -> Option<Override> {
         let whole = self.on_command_line(text);
         let (name, value) = match (text.split_once('='), without_value) {
@@ -99,7 +100,7 @@ impl Session {
     }
 }
 
-/// Copies a value and moves its source spans to a place in another text.
+/// Returns a value with its source spans moved to `place`, which lies in another source.
 fn relocate(value: Value, place: Span) -> Value {
     let span = place.inside(value.span.range());
     let kind = match value.kind {

@@ -14,7 +14,7 @@ pub(crate) struct Progress {
 }
 
 impl Progress {
-    /// Creates a progress line on standard error; without a line if that is no terminal.
+    /// Creates the progress of a run. Shows a line on standard error if standard error is a terminal.
     pub(crate) fn new() -> Self {
         let line = std::io::stderr().is_terminal().then(ProgressBar::new_spinner);
         Self { line, stages: Vec::new(), since: Instant::now() }

@@ -40,7 +40,7 @@ use again::own_templates;
 pub(crate) struct Session {
     session: umbragraph::low_level::session::Session,
     pub(crate) diagnostics: Diagnostics,
-    /// The diagnostics about folders that cannot be read.
+    /// The diagnostics about folders that are missing or cannot be read.
     #[cfg(feature = "lsp")]
     of_folders: Diagnostics,
     pub(crate) templates: Arc<TemplateSet>,
@@ -49,7 +49,7 @@ pub(crate) struct Session {
     /// Additional folders below which scenes may name files.
     #[cfg(feature = "gpu")]
     roots: Vec<PathBuf>,
-    /// A document that is composed into every pipeline after its extensions; `None` if there is none.
+    /// The JSON text of a document that is composed into every pipeline after its extensions; `None` if there is none.
     pub(crate) included: Option<String>,
 }
 
@@ -143,7 +143,7 @@ impl Session {
         self.session.text("<command line>", text)
     }
 
-    /// Adds a text that the command has read itself to the sources, and returns its span.
+    /// Adds the text of a file that the command has read itself to the sources, and returns its span.
     pub(crate) fn text_of(&mut self, name: &str, text: &str) -> Span {
         self.session.text(name, text)
     }
@@ -160,7 +160,8 @@ impl Session {
         self.load(&target).filter(|loaded| loaded.document().is_some())
     }
 
-    /// Reads all files of the pipelines.
+    /// Reads all files of the pipelines into the session's sources. Errors are reported later, when a pipeline is
+    /// loaded.
     pub(crate) fn read_all(&mut self, paths: &[PathBuf], extensions: &[PathBuf]) {
         for path in paths {
             // What cannot be read is said when the pipeline is loaded.
@@ -168,15 +169,15 @@ impl Session {
         }
     }
 
-    /// Checks a file that is no pipeline against the schema of its kind; `None` for a pipeline and for a file that
-    /// cannot be read.
+    /// Checks a file that is no pipeline against the schema of its kind, and returns the kind. `None` for a pipeline,
+    /// and for a file that cannot be read.
     pub(crate) fn check_part(&mut self, path: &Path) -> Option<FileKind> {
         let (kind, diagnostics) = self.session.check_part(path)?;
         self.diagnostics.extend(diagnostics);
         Some(kind)
     }
 
-    /// Returns the inner session. It then reports missing folders with every pipeline.
+    /// Returns the inner session, which from then on reports missing or unreadable folders with every pipeline.
     #[cfg(feature = "lsp")]
     pub(crate) fn into_session(mut self) -> umbragraph::low_level::session::Session {
         self.session.report_always(self.of_folders);
@@ -226,8 +227,8 @@ impl Session {
             .unwrap_or_default()
     }
 
-    /// Plans again for a device that may support less than the profile. Returns `checked` unchanged if the device
-    /// supports its plan.
+    /// Plans again with the target profile of a device, which may support less than the profile planned for. Returns
+    /// `checked` unchanged if the profiles are equal.
     #[cfg(feature = "gpu")]
     pub(crate) fn check_on(
         &mut self,
@@ -257,7 +258,8 @@ impl Session {
         checked
     }
 
-    /// Plans a pipeline, and also returns the data that traces its values to their origins.
+    /// Plans a pipeline, and also returns its loaded files and the values from preset, parameter files and command
+    /// line. `None` after an error that prevents planning.
     pub(crate) fn trace(
         &mut self,
         path: &Path,
@@ -292,7 +294,8 @@ impl Session {
     }
 
     /// Plans a pipeline in every configuration and compares it with the inputs that scenes provide. With `only_one`,
-    /// only the given settings are planned. Profiles are the requested one, or each that the pipeline claims.
+    /// only the given settings are planned. Target profiles are the requested one, or all that the pipeline claims.
+    /// `None` after an error that prevents planning.
     pub(crate) fn check_all(
         &mut self,
         path: &Path,
@@ -339,7 +342,7 @@ impl Session {
         self.diagnostics.extend(diagnostics.into_iter().filter(|new| !known.contains(&new.key())));
     }
 
-    /// Returns the options of a check.
+    /// Returns the options of a check: registry, templates, target profile, parameter values and plan options.
     pub(crate) fn check_options<'a>(
         &'a self,
         profile: &'a TargetProfile,
@@ -349,7 +352,7 @@ impl Session {
         CheckOptions { registry: self.registry(), templates: &self.templates, profile, overrides, plan }
     }
 
-    /// Returns the options of the plan from the command line.
+    /// Returns the plan options of the command line: the size of the picture and the objective of the pass order.
     pub(crate) fn options(choices: &Choices) -> PlanOptions {
         PlanOptions::new(choices.size[0], choices.size[1]).objective(choices.objective)
     }
@@ -388,7 +391,7 @@ pub(crate) fn dry_run(profile: &TargetProfile) -> impl FnMut(&Arc<Plan>) -> Diag
     }
 }
 
-/// Returns a function without effect, for a build without wgpu.
+/// Returns a function that accepts every plan, for a build without wgpu.
 #[cfg(not(feature = "gpu"))]
 pub(crate) fn dry_run(_: &TargetProfile) -> impl FnMut(&Arc<Plan>) -> Diagnostics + use<> {
     |_| Diagnostics::new()

@@ -25,7 +25,7 @@ pub(crate) struct ExternalValidator {
     pub(crate) arguments: Vec<String>,
     /// The time limit for one shader source.
     pub(crate) time_limit: Duration,
-    /// The place of the command's text, for diagnostics about the command itself.
+    /// The source place of the command on the command line, for diagnostics about the command itself.
     pub(crate) place: Place,
 }
 
@@ -103,7 +103,7 @@ impl Validator for ExternalValidator {
         self.place.clone()
     }
 
-    /// Runs the command on a shader source.
+    /// Runs the command on a shader source and returns the verdict.
     fn judge(&self, wgsl: &str) -> Opinion {
         let folder = match TemporaryFolder::new() {
             Ok(folder) => folder,

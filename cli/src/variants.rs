@@ -100,7 +100,7 @@ impl Outcome {
     }
 
     /// Describes the coverage for people, with a line for each pipeline. With `in_full`, adds a line for each pass, and
-    /// a total whose end is [`proven_now`].
+    /// the total that [`proven_now`] completes.
     pub(crate) fn human(&self, in_full: bool) -> String {
         let mut text = String::new();
         // Writing to a string cannot fail.
@@ -205,7 +205,7 @@ impl Outcome {
         of.map(|report| report.expensive(templates, variant, MAX)).unwrap_or_default()
     }
 
-    /// Appends a summary of all passes of a pipeline.
+    /// Appends a summary of all passes of a pipeline, whose validation requests have the indices `requests`.
     fn sum(&self, text: &mut String, requests: &Range<usize>) {
         let is_of = |report: &&TemplateReport| requests.contains(&report.request);
         let reports = || self.permutations.templates.iter().filter(is_of);
@@ -255,7 +255,7 @@ impl Outcome {
     }
 }
 
-/// Returns the end of the last line: the number of shader sources that this run had to validate.
+/// Returns the end of the summary's last line: the number of shader sources that this run had to validate.
 pub(crate) fn proven_now(proven: usize, texts: usize) -> String {
     match proven {
         0 => "; nothing had to be proven again\n".to_owned(),

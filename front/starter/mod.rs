@@ -5,19 +5,19 @@
 use crate::diagnostic::{Diagnostic, Place, codes};
 use crate::low_level::pipeline::{self, FileKind};
 
-/// The kinds of starter pipelines.
+/// The kinds of starter pipelines that `umbragraph new` can create.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Kind {
-    /// Full-screen passes after the picture of a bundled pipeline.
+    /// Full-screen passes that process the picture of a bundled pipeline.
     Post,
     /// Cascaded shadow maps, and meshes lit by a template of the new pipeline.
     Shadows,
-    /// A bundled shadow system, with values and a pass of the new pipeline.
+    /// A bundled shadow system, to which the new pipeline adds parameter values and a pass.
     System,
 }
 
-/// The path and the text of a file.
+/// The path of a file, relative to the new folder, and its text.
 type File = (&'static str, &'static str);
 
 const COMMON: &[File] = &[

@@ -16,9 +16,9 @@ use notify_debouncer_full::notify::event::EventKind;
 use notify_debouncer_full::notify::{Config, RecommendedWatcher, RecursiveMode};
 use notify_debouncer_full::{DebounceEventResult, Debouncer, NoCache, new_debouncer_opt};
 
-/// Time without further notices, after which a change is reported.
+/// The time without further file system events after which a change is reported.
 pub(super) const PAUSE: Duration = Duration::from_millis(30);
-/// Interval at which the debouncer looks for notices that are old enough.
+/// The interval at which the debouncer checks whether events are old enough to be reported.
 const TICK: Duration = Duration::from_millis(6);
 
 /// Watched folders, and the function to call after a change in them.
@@ -28,7 +28,7 @@ pub(super) struct FileEvents {
 }
 
 impl FileEvents {
-    /// Begins to watch. `changed` is called after each change, on a thread of the debouncer.
+    /// Creates a watcher without folders. `changed` is called after each change, on a thread of the debouncer.
     ///
     /// # Errors
     /// The operating system refuses to watch files.
@@ -43,8 +43,9 @@ impl FileEvents {
         Ok(Self { debouncer: debouncer.map_err(|error| error.to_string())?, watched: BTreeSet::new() })
     }
 
-    /// Watches the folders of files, and whole trees of folders; other folders no longer. Whether there are new ones,
-    /// in which something may have changed unseen; and the folders that cannot be watched, each with the reason.
+    /// Watches the folders that contain `files` and the folder trees `trees`; stops watching all other folders. Returns
+    /// `true` if a folder is newly watched, since earlier changes there went unnoticed. Also returns the folders that
+    /// cannot be watched, each with the reason.
     pub(super) fn watch(
         &mut self,
         files: impl IntoIterator<Item = PathBuf>,
@@ -87,7 +88,8 @@ fn folder_of(file: &Path) -> PathBuf {
     folder.map_or_else(|| PathBuf::from("."), Path::to_path_buf)
 }
 
-/// Returns the folder itself if it exists, or else its nearest existing parent.
+/// Returns the canonical path of the folder if it exists, or else of its nearest existing parent; `None` if neither
+/// exists.
 fn existing(mut folder: PathBuf) -> Option<PathBuf> {
     loop {
         if folder.is_dir() {

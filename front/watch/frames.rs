@@ -46,7 +46,8 @@ impl Renderer {
         }
     }
 
-    /// Makes the next watched frame query its draw source for mesh layouts again: after a scene was reloaded.
+    /// Makes the next watched frame query its draw source for mesh layouts again. To be called after a scene was
+    /// reloaded.
     pub fn renew_source(&mut self) {
         self.has_new_source = true;
     }

@@ -72,7 +72,7 @@ pub struct Watcher {
     scene: SceneNews,
 }
 
-/// A loaded scene that was not taken yet, and the error of the last load that failed.
+/// A loaded scene that was not taken yet, and the error of the last load; `None` if that load succeeded.
 #[cfg(feature = "gltf")]
 #[derive(Default)]
 struct SceneNews {
@@ -83,11 +83,11 @@ struct SceneNews {
 /// The function that is called when a frame could show something new.
 type Wake = Option<Box<dyn Fn() + Send>>;
 
-/// The durations of one applied change of files.
+/// The durations of the steps that applied a change of files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Reload {
-    /// The moment at which the operating system's notices of the change had paused.
+    /// The moment at which the file system events of the change had paused.
     pub changed: Instant,
     /// The time for reading and composing files.
     pub loaded: Duration,
@@ -97,7 +97,7 @@ pub struct Reload {
     pub prepared: Duration,
 }
 
-/// The files of a pipeline as they were at one time.
+/// The contents of a pipeline's files as read at one time.
 #[derive(Clone)]
 pub(super) struct Read {
     pipeline: Pipeline,
@@ -116,12 +116,12 @@ impl Read {
         Self { pipeline, parameters: parameters.into(), sources }
     }
 
-    /// Returns `true` if the parameter files are equal to these.
+    /// Returns `true` if the stored parameter files equal `parameters`.
     fn is_with(&self, parameters: &[ParameterFile]) -> bool {
         format!("{:?}", self.parameters) == format!("{parameters:?}")
     }
 
-    /// Returns `true` if the pipeline comes from this load and the parameter files are equal to these.
+    /// Returns `true` if the pipeline was created from `loaded` and the stored parameter files equal `parameters`.
     pub(super) fn is_of(&self, loaded: &umbragraph_session::Loaded, parameters: &[ParameterFile]) -> bool {
         self.pipeline.is_of(loaded) && self.is_with(parameters)
     }
@@ -284,12 +284,12 @@ impl Watcher {
         self.order(Order::Inputs(Box::new(Inputs { options: options.clone(), preparer })));
     }
 
-    /// Takes the plan that is ready for these options; `None` if there is none.
+    /// Takes the finished plan if it was made for these options; otherwise discards it and returns `None`.
     fn take_ready(&mut self, options: &Options) -> Option<Box<Ready>> {
         self.ready.take().filter(|ready| ready.options == *options)
     }
 
-    /// Notes what runs from here on, or why it does not.
+    /// Records the files and options of the plan that was just installed, or the error that prevented its installation.
     fn took(&mut self, read: Read, options: Options, reload: Option<Reload>, error: Option<Error>) {
         if error.is_none() {
             (self.running, self.planned_for) = (Some(read), Some(options));
@@ -298,7 +298,8 @@ impl Watcher {
         self.error = error.or(self.error.take());
     }
 
-    /// A plan of what runs, for a frame of another size or with other imports than it was planned for.
+    /// Plans the files in use for a frame whose size or imports differ from those of the last plan. Returns `None` if
+    /// neither differs, or if no plan is in use yet.
     fn plan_for_others(&mut self, options: &Options) -> Result<Option<Arc<Plan>>, Error> {
         let is_same = |planned: &Options| {
             (planned.plan.viewport, &planned.plan.imports) == (options.plan.viewport, &options.plan.imports)

@@ -23,12 +23,12 @@ pub(super) struct WatchedScene {
 }
 
 impl WatchedScene {
-    /// Creates the entry of a scene that is not loaded yet.
+    /// Creates the state of a scene file that is not loaded yet.
     pub(super) fn new(path: PathBuf) -> Self {
         Self { path, stamps: BTreeMap::new() }
     }
 
-    /// Returns the paths of the files that the scene was loaded from, or that it looked for.
+    /// Returns the paths of the files that the scene was loaded from, including missing files that it references.
     pub(super) fn files(&self) -> impl Iterator<Item = PathBuf> {
         self.stamps.keys().cloned()
     }
@@ -51,7 +51,7 @@ impl WatchedScene {
     }
 }
 
-/// Reads files and records their paths.
+/// Reads the files that a scene references, and records the path, size and modification time of each.
 struct Noting {
     files: Folder,
     folder: PathBuf,

@@ -19,7 +19,7 @@ use crate::{Error, Plan};
 use super::files::FileEvents;
 use super::{Read, Reload, Wake};
 
-/// Time in which a second notice belongs to the same change.
+/// The time in which further messages are handled together with the first one.
 const SETTLE: Duration = Duration::from_millis(10);
 
 /// Messages to the worker thread.
@@ -28,12 +28,12 @@ pub(super) enum Order {
     Changed(Instant),
     /// The inputs of the next frames.
     Inputs(Box<Inputs>),
-    /// The parameter files.
+    /// The paths of the parameter files, which replace the previous list.
     Parameters(Vec<PathBuf>),
-    /// The scene.
+    /// The path of the scene file to load and watch.
     #[cfg(feature = "gltf")]
     Scene(PathBuf),
-    /// The thread is to end.
+    /// Ends the thread.
     Stop,
 }
 
@@ -48,7 +48,7 @@ pub(super) struct Inputs {
 
 /// Messages from the worker thread.
 pub(super) enum Outcome {
-    /// A plan for some inputs; its pipelines may be created already.
+    /// A new plan, whose GPU pipelines may have been created already.
     Ready(Box<Ready>),
     /// The error that prevents a plan.
     Broken(Error),
@@ -59,7 +59,7 @@ pub(super) enum Outcome {
     Scene(Result<Box<crate::scene::Scene>, Error>),
 }
 
-/// A plan for some inputs.
+/// A new plan, with the files and options that it was made from.
 pub(super) struct Ready {
     pub(super) read: Read,
     pub(super) options: Options,
@@ -67,9 +67,9 @@ pub(super) struct Ready {
     /// The prepared plan; `None` before the first frame, and for geometries that the draw source has not declared
     /// yet.
     pub(super) prepared: Option<PreparedPlan>,
-    /// Whether the plan is of the newest files.
+    /// Whether the plan was made from the current files; `false` if the current files cannot be loaded.
     pub(super) is_current: bool,
-    /// The loaded files; `None` if only inputs of frames changed.
+    /// The durations of the reload that led to the plan; `None` if only inputs of frames changed.
     pub(super) reload: Option<Reload>,
 }
 
@@ -87,7 +87,7 @@ pub(super) struct Worker {
     pub(super) running: Option<Read>,
     /// Whether the files as they are now cannot be loaded.
     pub(super) is_broken: bool,
-    /// Newer files, for which there is no plan or no inputs yet.
+    /// The newest files, if they could not be planned or no inputs have arrived yet.
     pub(super) last: Option<Read>,
     #[cfg(feature = "gltf")]
     pub(super) scene: Option<super::scene::WatchedScene>,
@@ -143,7 +143,8 @@ impl Worker {
         }
     }
 
-    /// Watches what was read by now. Whether it has to be read again: a change may have come before.
+    /// Watches all files that were read so far. Returns `true` if a folder is newly watched, so that files must be read
+    /// again: they may have changed before.
     fn watch(&mut self) -> bool {
         let mut files = self.parameters.clone();
         files.extend(self.library.paths_of(&self.target));

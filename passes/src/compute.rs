@@ -14,7 +14,7 @@ use crate::shader::ShaderSettings;
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Compute {
-    /// The shader.
+    /// The shader template with its axes, bindings and entry points.
     #[serde(flatten)]
     pub shader: ShaderSettings,
     /// A texture under "bind"; each of its texels (width, height, layers) gets an invocation. The shader guards against

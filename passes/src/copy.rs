@@ -48,12 +48,13 @@ pub struct CopyEnd {
     /// The subresource range of a texture: mip levels, layers, face and aspect.
     #[serde(flatten)]
     pub range: SubresourceRangeSettings,
-    /// The first texel of a texture that is copied, from the left and from the top (unit: texels).
+    /// The first texel of a texture that is copied, from the left and from the top (unit: texels); [0, 0] by default.
     #[schemars(length(min = 2, max = 2))]
     pub origin: Option<Vec<Expr>>,
-    /// The need of the destination for earlier contents, around the box or between the rows. Without it: "load" for a
-    /// copy to a box of a texture. A copy of texels to a buffer keeps the bytes between the rows and behind them, if
-    /// there are any, unless numbers of the document say that they fill all bytes. Else "discard".
+    /// The treatment of the destination's earlier contents around the copied box or between rows: "load" keeps them,
+    /// "discard" leaves them undefined. By default a copy to a box of a texture ("origin" or "extent") loads. A copy of
+    /// texels to a buffer keeps the bytes between and after the rows, unless numbers in the document show that the
+    /// texels fill all bytes. Other copies discard.
     pub contents: Option<Word<Contents>>,
 }
 

@@ -36,10 +36,10 @@ pub struct Draw {
     pub mesh_filter: String,
     /// The blackboard data with the views to draw, such as the data that a camera or a cascade fit publishes.
     pub views: Ref,
-    /// The shader.
+    /// The shader template with its axes, bindings and entry points.
     #[serde(flatten)]
     pub shader: ShaderSettings,
-    /// The attachments.
+    /// The color, depth and stencil attachments.
     #[serde(flatten)]
     pub attachments: Attachments,
     /// The faces that are culled; "back" by default. Double-sided meshes are drawn from both sides.

@@ -16,10 +16,10 @@ use crate::shader::ShaderSettings;
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Fullscreen {
-    /// The shader.
+    /// The shader template with its axes, bindings and entry points.
     #[serde(flatten)]
     pub shader: ShaderSettings,
-    /// The attachments.
+    /// The color, depth and stencil attachments.
     #[serde(flatten)]
     pub attachments: Attachments,
 }

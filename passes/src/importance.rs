@@ -217,7 +217,7 @@ mod tests {
         Light::new("lamp", LightKind::Point).intensity(100.0).range(5.0).property("cast_shadow")
     }
 
-    /// A lamp at a place of the camera's own space.
+    /// A point light at `place` in the camera's view space, with a range in metres.
     fn seen_at(place: DVec3, range: f32) -> Light {
         lamp().position(camera().position + camera().rotation * place).range(range)
     }

@@ -30,7 +30,7 @@ const MAX_STRIDE: u64 = 2048;
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Mesh {
-    /// The shader.
+    /// The shader template with its axes, bindings and entry points.
     #[serde(flatten)]
     pub shader: ShaderSettings,
     /// The vertex buffers; none for a shader that computes its vertices itself.
@@ -50,7 +50,7 @@ pub struct Mesh {
     pub topology: Option<Word<Topology>>,
     /// The faces that are culled; "none" by default.
     pub cull: Option<Word<Cull>>,
-    /// The attachments.
+    /// The color, depth and stencil attachments.
     #[serde(flatten)]
     pub attachments: Attachments,
 }
@@ -106,9 +106,9 @@ umbragraph_pipeline::webgpu_words! {
 umbragraph_pipeline::webgpu_words! {
     /// The format of indices.
     IndexWord = IndexFormat {
-        /// Two bytes each.
+        /// Unsigned indices of two bytes.
         Uint16,
-        /// Four bytes each.
+        /// Unsigned indices of four bytes.
         Uint32,
     }
 }

@@ -72,8 +72,8 @@ impl Serialize for Changes {
 }
 
 impl Seen {
-    /// Collects the pixels of a rendered shadow term that count for a light: evaluated in the truth, and hit in the
-    /// picture.
+    /// Collects the pixels of a rendered shadow term that count for a light. They are evaluated in the ray-traced
+    /// truth, and the picture shows geometry there (alpha of at least 128).
     pub fn new(truth: &Truth<'_>, light: &LightTruth, picture: Rendered<'_>) -> Self {
         let pixel = |(at, point): (usize, &Option<crate::truth::Point>)| {
             let position = point.as_ref().filter(|_| light.evaluated[at] && picture.hits(at))?.position;

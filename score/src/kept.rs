@@ -33,7 +33,8 @@ impl LightTruth {
         (0..self.lit.len()).flat_map(pixel).collect()
     }
 
-    /// Restores the visibility from the bytes of `to_bytes`; `None` if they are not those of `pixels` pixels.
+    /// Restores the visibility from the bytes of `to_bytes`; `None` if there are not exactly four bytes for each of
+    /// `pixels` pixels.
     pub fn from_bytes(bytes: &[u8], pixels: usize) -> Option<Self> {
         let (all, rest) = bytes.as_chunks::<4>();
         if all.len() != pixels || !rest.is_empty() {
@@ -53,8 +54,8 @@ impl LightTruth {
 }
 
 impl Truth<'_> {
-    /// Passes all input of the visibility of `light` to `each`, piece by piece, such as to hash it: surfaces, camera,
-    /// size and light.
+    /// Passes all inputs of the traced visibility of `light` to `each` as bytes, such as to hash them: triangles,
+    /// surfaces, camera, image size and light.
     pub fn describe(&self, light: &Light, each: &mut dyn FnMut(&[u8])) {
         self.rays.describe(each);
         each(format!("{:?} {:?} {light:?}", self.camera, self.size).as_bytes());

@@ -60,8 +60,8 @@ impl<'a> Rays<'a> {
         &self.triangles[index as usize]
     }
 
-    /// Finds the nearest opaque or masked surface along a ray. `range` holds the least and greatest distance, in
-    /// lengths of the direction.
+    /// Finds the nearest opaque or masked surface along a ray; `None` without one. `range` holds the least and greatest
+    /// distance, in lengths of the direction.
     pub fn seen(&self, origin: DVec3, direction: DVec3, range: [f64; 2]) -> Option<Seen> {
         let [begin, mut end] = range;
         let mut found: Option<(u32, Hit)> = None;
@@ -100,8 +100,9 @@ impl<'a> Rays<'a> {
         blocked
     }
 
-    /// The distance of the farthest shadow caster along a ray between the two distances of `range`; `None` without one.
-    /// On a ray towards a light, this caster is the one that the light meets first.
+    /// The distance of the farthest shadow caster other than the triangle `from` along a ray; `None` without one.
+    /// `range` holds the least and greatest distance; all are in lengths of the direction. On a ray towards a light,
+    /// this caster is the one that the light meets first.
     pub fn first_blocker(&self, from: u32, origin: DVec3, direction: DVec3, range: [f64; 2]) -> Option<f64> {
         let mut farthest = None;
         self.each(origin, direction, range[1], &mut |index, triangle, surface, hit| {

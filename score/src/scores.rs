@@ -29,7 +29,8 @@ pub const BANDS: [u8; 4] = [0, 1, 2, 4];
 /// The range of a light's visible part (0 to 1) that counts as penumbra.
 pub(crate) const PENUMBRA: std::ops::Range<f64> = 0.02..0.98;
 
-/// A picture of visibility: 8 bits for red, green, blue and alpha, row 0 on top.
+/// A picture of the visibility of a light: 8 bits each for red, green, blue and alpha, row 0 on top. Red holds the
+/// visibility; alpha of at least 128 marks geometry.
 #[derive(Clone, Copy, Debug)]
 pub struct Rendered<'p> {
     rgba: &'p [u8],
@@ -154,7 +155,8 @@ impl Serialize for Counts {
     }
 }
 
-/// The sum of errors over pixels: grey value of the picture minus visible part of a light, each 0 to 1.
+/// The sum of errors over pixels, and the number of pixels. An error is the picture's grey value minus the visible
+/// fraction of a light (each 0 to 1), or its absolute value.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Errors {
     sum: f64,
@@ -201,19 +203,19 @@ pub struct Scores {
     pub distances: BTreeMap<i32, Counts>,
     /// The counts of pixels in contact shadows, without the pixels at shadow edges.
     pub contact: Counts,
-    /// The absolute errors of all pixels, for lights with an extent.
+    /// The absolute errors of all evaluated pixels, for lights with an extent.
     pub mean_error: Errors,
-    /// The absolute errors of pixels in penumbrae, for lights with an extent.
+    /// The absolute errors of evaluated pixels in penumbrae, for lights with an extent.
     pub penumbra_error: Errors,
-    /// The signed errors of all pixels, for lights with an extent: positive if the picture is too light, negative if
-    /// too dark.
+    /// The signed errors of all evaluated pixels, for lights with an extent: positive if the picture is too light,
+    /// negative if too dark.
     pub bias: Errors,
     /// The changes of the shadow term since the frame before.
     pub changes: Changes,
 }
 
 impl Scores {
-    /// Scores a picture against the truth of a light.
+    /// Scores a picture against the ray-traced visibility of a light.
     pub fn of(truth: &Truth<'_>, light: &LightTruth, picture: Rendered<'_>) -> Self {
         let mut scores =
             Self { bands: BANDS.map(|band| (band, Counts::default())).into(), ..Self::default() };

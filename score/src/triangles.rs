@@ -75,7 +75,7 @@ pub fn triangles_of(scene: &Scene, pose: &Pose) -> Vec<Triangle> {
     all
 }
 
-/// The properties of a draw that rays need.
+/// The properties of a draw that ray queries need: shadow casting and receiving, blending, sides and alpha mask.
 #[derive(Clone, Debug)]
 pub(crate) struct Surface {
     pub(crate) casts: bool,

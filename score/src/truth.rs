@@ -18,7 +18,8 @@ use umbragraph_pipeline::frame::{Camera, Light, Projection};
 use crate::light::{Source, disc_sample};
 use crate::rays::{Rays, Seen};
 
-/// The minimum cosine between a surface and a light for a pixel to count: renderers treat grazing light differently.
+/// The minimum cosine between a surface's normal and the direction to the light for a pixel to count: renderers treat
+/// grazing light differently.
 pub const MIN_COSINE: f64 = 0.05;
 
 /// The greatest distance between caster and receiver of a contact shadow, as a fraction of the receiver's distance from
@@ -61,7 +62,8 @@ pub struct LightTruth {
     pub evaluated: Vec<bool>,
     /// The distance to the nearest shadow edge, in pixels; 5 for all greater distances.
     pub edge: Vec<f32>,
-    /// Whether the pixel is shadowed by a very near caster (see [`CONTACT`]), as where objects touch.
+    /// Whether the pixel is in a contact shadow: its caster is nearer than [`CONTACT`] times the distance from the
+    /// camera.
     pub contact: Vec<bool>,
 }
 
@@ -126,7 +128,7 @@ impl<'r> Truth<'r> {
         !self.rays.is_blocked(point.seen.triangle, point.position, direction, [self.begin(point), distance])
     }
 
-    /// Traces the visibility of a light at each pixel; `None` for a light with invalid values.
+    /// Traces rays from the surface point of each pixel to a light; `None` for a light with invalid values.
     pub fn light(&self, light: &Light) -> Option<LightTruth> {
         let source = Source::of(light)?;
         let pixels = (0..self.pixels()).into_par_iter();
@@ -207,7 +209,7 @@ fn neighbours(pixel: usize, [width, height]: [u32; 2]) -> impl Iterator<Item = u
     })
 }
 
-/// The maximum distance to an edge, in pixels.
+/// The maximum distance to an edge that is measured, in pixels.
 const FARTHEST: i64 = 5;
 
 /// The distance from each pixel to the nearest pixel that is set, in pixels and at most 5.

@@ -13,21 +13,21 @@ use crate::graph::document::Document;
 use crate::graph::model::Model;
 use crate::graph::source::{FileId, Sources};
 
-/// A document composed of its files.
+/// A pipeline document composed of its files, with its diagnostics and the files that it depends on.
 #[derive(Debug)]
 pub(crate) struct Composition {
     /// The composed document; `None` if a file is broken or missing.
     pub(crate) composed: Option<Arc<Composed>>,
-    /// The understood part of the files; nothing where the first of them cannot be read.
+    /// The composed document without its broken and missing parts; `None` if the first file cannot be read.
     pub(crate) understood: Option<Arc<Composed>>,
     model: OnceLock<Model>,
     pub(crate) diagnostics: Diagnostics,
-    /// The files that were read or looked for, in their order.
+    /// The files that were read or searched for, in this order.
     pub(crate) reads: Vec<Read>,
     pub(crate) files: Vec<FileId>,
-    /// The texts that places are in.
+    /// The file contents that source places refer to.
     pub(crate) sources: Sources,
-    /// The diagnostics of the schema, filled in at the first request.
+    /// The diagnostics of the JSON schema check, computed at the first request.
     pub(crate) schema: OnceLock<Diagnostics>,
 }
 
@@ -60,7 +60,7 @@ impl Composition {
         Ok(Self { composed, understood, model, diagnostics, reads, files, sources, schema })
     }
 
-    /// The names and strings of what is understood.
+    /// Returns the declarations and strings of the document; `None` if the first file cannot be read.
     pub(crate) fn model(&self) -> Option<&Model> {
         let understood = self.understood.as_ref()?;
         Some(self.model.get_or_init(|| Model::new(&understood.document)))
@@ -72,7 +72,7 @@ struct Composing<'a> {
     further: &'a Roots,
     sources: &'a mut Sources,
     diagnostics: &'a mut Diagnostics,
-    /// Whether what is broken or missing is left out, and nothing is said of it.
+    /// Whether broken or missing files are skipped without a diagnostic.
     is_lenient: bool,
 }
 
@@ -94,7 +94,7 @@ impl Composing<'_> {
         Some(composed)
     }
 
-    /// The diagnostics to report to: `scratch` if nothing is to be said.
+    /// Returns the diagnostics to report to: `scratch`, which is dropped, if composing is lenient.
     fn reported<'s>(&'s mut self, scratch: &'s mut Diagnostics) -> &'s mut Diagnostics {
         if self.is_lenient { scratch } else { self.diagnostics }
     }
@@ -124,7 +124,7 @@ impl Composing<'_> {
     }
 }
 
-/// Reads for the composition, and writes down what.
+/// Reads files for a composition, and records the files that were read or searched for.
 struct Reader<'a> {
     files: &'a mut FileTable,
     roots: Option<Roots>,

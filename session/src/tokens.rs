@@ -18,7 +18,7 @@ const OPTIONS: ScannerOptions = ScannerOptions {
     allow_extended_string_escapes: false,
 };
 
-/// The first byte of a token, and one past its last.
+/// The range of a token in its text, as byte offsets; `end` is exclusive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Token {
     start: u32,
@@ -31,7 +31,7 @@ impl Token {
     }
 }
 
-/// The tokens of a text, without comments; `None` where it has what is no token.
+/// Returns the tokens of a JSON text, without comments; `None` if the text contains an invalid token.
 pub(crate) fn tokens(text: &str) -> Option<Vec<Token>> {
     let mut scanner = Scanner::new(text, &OPTIONS);
     let mut tokens = Vec::new();
@@ -44,17 +44,18 @@ pub(crate) fn tokens(text: &str) -> Option<Vec<Token>> {
     Some(tokens)
 }
 
-/// The last token of a text; `None` where it has none, or has what is no token.
+/// Returns the last token of a JSON text; `None` if the text has no token, or an invalid one.
 pub(crate) fn last(text: &str) -> Option<&str> {
     tokens(text)?.last()?.text(text)
 }
 
-/// Whether two texts have the same tokens.
+/// Returns `true` if two texts have the same tokens.
 pub(crate) fn are_alike((a, a_text): (&[Token], &str), (b, b_text): (&[Token], &str)) -> bool {
     a.len() == b.len() && a.iter().zip(b).all(|(a, b)| a.text(a_text) == b.text(b_text))
 }
 
-/// A place among tokens `from`, in the text of as many tokens `to`.
+/// Maps a source range in a text with the tokens `from` to a text with the same tokens `to`. Returns `None` if an end
+/// of the range is between tokens.
 pub(crate) fn moved(span: Span, from: &[Token], to: &[Token]) -> Option<Span> {
     let start = {
         let at = from.partition_point(|token| token.start <= span.start).checked_sub(1)?;

@@ -39,8 +39,8 @@ pub(crate) fn size_of(plan: &Plan, name: &str) -> Option<u64> {
     is_buffer.then_some(resource.bytes)
 }
 
-/// The layouts with which shaders declare a buffer. An array of `u32` if no shader binds it; empty if it does not
-/// exist.
+/// The layouts with which shaders declare a buffer. An array of `u32` if no shader binds the buffer; empty if the plan
+/// has no such resource.
 pub(crate) fn layouts(plan: &Plan, name: &str) -> Vec<Layout> {
     let mut layouts: Vec<Layout> = Vec::new();
     let Some(resource) = plan.resources.get(name) else { return layouts };

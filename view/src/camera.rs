@@ -1,4 +1,4 @@
-//! The camera under the hand: around a point, or flying.
+//! The camera that the user moves: around a point, or flying.
 //!
 //! A position, two angles and the distance to the point that it turns around. Both modes share them, so that a change
 //! of mode moves nothing. Up is +Y; a camera of a scene that is tilted stays so until it is moved.
@@ -39,8 +39,8 @@ pub(crate) struct View {
 }
 
 impl View {
-    /// Starts at the camera of a scene. Its orbit point lies at the nearest box ahead, or at the depth of the scene's
-    /// centre.
+    /// Creates a view at the camera of a scene. The orbit point lies at the nearest of the bounding boxes `things`
+    /// ahead, or else at the depth of the scene's centre.
     pub(crate) fn new(camera: &Camera, bounds: &Bounds, things: impl Iterator<Item = Bounds>) -> Self {
         let radius = if bounds.is_empty() { 1.0 } else { bounds.radius().max(1e-3) };
         let ahead = camera.rotation * DVec3::NEG_Z;
@@ -105,7 +105,7 @@ impl View {
         self.position += self.rotation() * DVec3::new(-by.x, by.y, 0.0) * self.distance;
     }
 
-    /// Moves towards the orbit point for positive steps, or forward in fly mode.
+    /// Moves the camera towards the orbit point, or forward in fly mode; away or backward if `steps` is negative.
     pub(crate) fn zoom(&mut self, steps: f64) {
         match self.mode {
             Mode::Orbit => {
@@ -155,7 +155,7 @@ impl View {
     }
 }
 
-/// The distance along a ray to the middle of its part inside a box, in metres. `None` if the ray misses the box or
+/// The distance in metres along a ray to the middle of the segment inside a box. `None` if the ray misses the box or
 /// starts inside it.
 fn hit(bounds: &Bounds, from: DVec3, ahead: DVec3) -> Option<f64> {
     let [a, b] = [bounds.min, bounds.max].map(|corner| (corner - from) / ahead);

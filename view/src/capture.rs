@@ -53,7 +53,7 @@ pub(crate) struct Planning {
     outcome: Receiver<Result<Planned, Error>>,
 }
 
-/// Passes a value of a plan as a planning option.
+/// A parameter or feature value of a plan, for use as a planning option.
 struct Fixed<'a>(&'a expression::Value);
 
 impl Setting for Fixed<'_> {
@@ -182,8 +182,8 @@ fn extent(plan: &Plan, capture: &Capture) -> Option<[u32; 3]> {
     Some([side(size.width), side(size.height), size.layers])
 }
 
-/// The size of a capture in a buffer in bytes, and the source of its copy in the document. `None` for a texture
-/// captured without `is_stencil`.
+/// The size in bytes of a capture that is copied to a buffer, and the source of the copy as JSON for the document.
+/// `None` for a texture captured without `is_stencil`.
 fn buffer_copy(plan: &Plan, capture: &Capture, is_stencil: bool) -> Option<(u64, Value)> {
     if let Some(size) = size_of(plan, resource_of(capture)) {
         return Some((size, json!({ "name": "&captured" })));

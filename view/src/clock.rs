@@ -17,8 +17,8 @@ impl Clock {
         Self { time: 0.0, is_playing: false, last: None }
     }
 
-    /// Advances the time by the time that has passed, or by a fixed step for a clip. Returns `true` if the clock is
-    /// playing.
+    /// Advances the animation time by the time since the last call (at most 0.5 s), or by `fixed` if given. A paused
+    /// clock stands still. Returns `true` if the clock is playing.
     pub(crate) fn advance(&mut self, fixed: Option<Duration>) -> bool {
         let now = Instant::now();
         let passed = self.last.map_or(Duration::ZERO, |last| now - last);
@@ -56,7 +56,8 @@ impl Resolution {
         self.moved = Instant::now();
     }
 
-    /// Updates the estimate with the time of a frame, in milliseconds, at a resolution.
+    /// Updates the estimated frame time with a measurement in milliseconds. `scale` is the resolution of the measured
+    /// frame, in texels per pixel along each side.
     pub(crate) fn measured(&mut self, milliseconds: f64, scale: f32) {
         let whole = milliseconds / f64::from(scale * scale);
         self.whole += 0.3 * (whole - self.whole);
@@ -80,8 +81,8 @@ impl Resolution {
     }
 }
 
-/// The finest resolution whose estimated frame time is at most `allowed`, else the coarsest. Both times are in
-/// milliseconds; `whole` is that at one texel per pixel.
+/// The finest resolution whose estimated frame time is at most `allowed` milliseconds, else the coarsest. `whole` is
+/// the estimated frame time at one texel per pixel, in milliseconds.
 fn fitting(allowed: f64, whole: f64) -> f32 {
     let fits = |step: &&f32| whole * f64::from(**step * **step) <= allowed;
     STEPS.iter().find(fits).or(STEPS.last()).copied().unwrap_or(1.0)

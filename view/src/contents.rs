@@ -57,7 +57,7 @@ pub(crate) struct Contents {
     /// The decoded fields of a buffer that are shown.
     fields: Vec<Field>,
     layout: String,
-    /// The captures that `captured` or `bytes` hold.
+    /// The requested captures whose contents `captured` or `bytes` holds.
     of: Vec<Capture>,
     drawn: Option<Drawn>,
     pub(crate) error: Option<String>,
@@ -75,7 +75,7 @@ struct Drawn {
 }
 
 impl Contents {
-    /// Selects a resource, as it is after `pass`.
+    /// Selects the version of a resource after `pass`; `None` if no pass writes the resource.
     pub(crate) fn look_at(&mut self, name: &str, pass: Option<String>) {
         if self.look.name != name {
             (self.look, self.cursor) = (Look { name: name.to_owned(), ..Look::default() }, None);
@@ -83,7 +83,7 @@ impl Contents {
         self.look.pass = pass;
     }
 
-    /// The captures of the next frame; empty if the resource cannot be shown.
+    /// The captures to request in the next frame; empty if the resource cannot be shown.
     pub(crate) fn wanted(&self, plan: &Plan) -> Vec<Capture> {
         if cannot(plan, &self.look.name).is_some() {
             return Vec::new();
@@ -319,7 +319,7 @@ impl Contents {
     }
 }
 
-/// The name of a texture layer: of the face for a cube.
+/// The display name of a texture layer; for a cube, the name of its face, such as `face +X`.
 fn layer_name(layer: u32, layers: u32, is_cube: bool) -> String {
     const FACES: [&str; 6] = ["+X", "−X", "+Y", "−Y", "+Z", "−Z"];
     match (is_cube, layers > 6) {

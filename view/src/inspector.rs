@@ -91,7 +91,7 @@ impl Inspector {
         self.selected = Some(Selected::Resource(name.to_owned()));
     }
 
-    /// The captures needed for the selected resource; empty if there are none.
+    /// The captures to request for the selected resource; empty if no resource is selected, or it cannot be shown.
     pub(crate) fn wanted(&self, plan: &Plan) -> Vec<Capture> {
         match &self.selected {
             Some(Selected::Resource(_)) => self.contents.wanted(plan),

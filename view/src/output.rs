@@ -70,7 +70,8 @@ impl Clip {
         self.len() >= MOST
     }
 
-    /// The step of the animation time after `time` (seconds): zero until a frame of that time has been added.
+    /// The step by which the animation time advances from `time` (in seconds). The step is zero until the last frame of
+    /// the clip has that time.
     pub(crate) fn step_after(&self, time: f64) -> Duration {
         if self.last.is_some_and(|(last, _)| last == time) { STEP } else { Duration::ZERO }
     }

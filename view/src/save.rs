@@ -51,7 +51,7 @@ pub(crate) fn into_document(
 /// The parameters and the features to be saved as defaults.
 type Sections = [(&'static str, Vec<(String, Value)>); 2];
 
-/// The values changed in the window and, where unchanged, those of the selected preset.
+/// The values to save: values changed in the window, and for all others the values of the selected preset.
 fn all(values: &Values, composed: &Document, plan: &Plan) -> Sections {
     let presets = composed.root.entries_of("presets");
     let preset = presets.iter().find(|entry| Some(&entry.key) == values.preset.as_ref());

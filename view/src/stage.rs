@@ -26,7 +26,7 @@ use crate::values::Values;
 /// The number of frames drawn after a change, until history resources have settled.
 const SETTLE: u32 = 8;
 
-/// The maximum number of replans until CPU passes have the data sizes that they request.
+/// The maximum number of times that CPU passes of one plan may request other data sizes, and so another plan.
 const ROUNDS: usize = 8;
 
 /// A loaded scene, its pose, and its resources on the device.
@@ -52,7 +52,8 @@ pub(crate) struct Stage {
     pub(crate) plans: u64,
     /// The values from the last call of [`Stage::update`].
     pub(crate) values: Values,
-    /// The data sizes that CPU passes request; `rounds` counts how often they requested other ones.
+    /// The data sizes that CPU passes requested last; `None` before the first request. `rounds` counts the requests
+    /// since the last new plan.
     sizes: Option<BTreeMap<String, u32>>,
     rounds: usize,
     /// Whether the device can measure the GPU times of passes.
@@ -68,7 +69,7 @@ pub(crate) struct Stage {
     /// The number of frames that are still to be drawn.
     pending: u32,
     pub(crate) index: u64,
-    /// The number of submitted frames that the device has finished; `submitted` is the number of all.
+    /// The number of frames that the device has finished; `submitted` is the number of submitted frames.
     done: Arc<AtomicU64>,
     submitted: u64,
     began: Instant,
@@ -175,7 +176,8 @@ impl Stage {
         (took > 0).then_some(took as f64 / 1e3)
     }
 
-    /// The texels of the picture per pixel of an area, given in pixels, along its width.
+    /// The resolution of the picture in an area of the given size in pixels: texels per pixel along the width. It is 1
+    /// before the first picture.
     pub(crate) fn scale_of(&self, area: [u32; 2]) -> f32 {
         self.targets.shown().map_or(1.0, |(_, size)| size[0] as f32 / area[0].max(1) as f32)
     }
@@ -265,8 +267,8 @@ impl Stage {
         self.touch();
     }
 
-    /// The camera, lights and bounds of a frame; also updates the meshes to its pose. `None` before the scene is
-    /// loaded.
+    /// The camera, lights and bounds of a frame; also moves the meshes to their pose at the frame's time. `None` before
+    /// the scene is loaded.
     pub(crate) fn input(&mut self, state: &RenderState, shot: &Shot<'_>) -> Option<FrameInput> {
         let Shown { scene, pose, meshes } = self.shown.as_mut()?;
         scene.pose_into(shot.time, pose);
@@ -312,7 +314,7 @@ impl Stage {
         Ok(drawn)
     }
 
-    /// Adopts the executor's plan if it has changed: live values, targets and timings. Returns `true` if it has.
+    /// Updates live values, targets and time measurement if the executor has a new plan. Returns `true` if it has one.
     fn notice_plan(&mut self, state: &RenderState, size: [u32; 2]) -> bool {
         let Some(executor) = self.renderer.executor() else { return false };
         let plan = executor.plan().clone();
@@ -336,7 +338,7 @@ impl Stage {
         true
     }
 
-    /// Creates the textures that a plan imports, and keeps the reason if it has no picture.
+    /// Creates the textures that a plan imports, and stores the error if the plan has no picture to show.
     fn fit(&mut self, state: &RenderState, plan: &Plan, size: [u32; 2]) {
         let fitted = self.targets.fit(state, plan, size);
         self.no_picture = fitted.err().map(|found| Error::new(found.into(), &plan.pipeline.sources));

@@ -19,7 +19,7 @@ pub(crate) struct Values {
     pub(crate) toggles: BTreeMap<String, bool>,
 }
 
-/// Passes a JSON value as a planning option.
+/// A JSON value of a parameter or feature, for use as a planning option.
 struct Given<'a>(&'a Value);
 
 impl Setting for Given<'_> {
@@ -110,7 +110,7 @@ impl Values {
     }
 }
 
-/// Converts JSON to a value of the engine; `None` for `null`, objects, and lists with such elements.
+/// Converts JSON to a value of the engine; `None` for `null`, for objects, and for lists that contain either.
 pub(crate) fn of_json(json: &Value) -> Option<expression::Value> {
     Some(match json {
         Value::Bool(on) => expression::Value::Bool(*on),

@@ -18,7 +18,7 @@ const NAMES: [&str; 2] = ["WGPU_ADAPTER_NAME", "UMBRAGRAPH_ADAPTER"];
 /// The criteria for choosing an adapter.
 #[derive(Debug, Default, PartialEq)]
 pub(super) struct Wanted {
-    /// The backends to search; `None` searches all.
+    /// The backends to search; `None` for all, OpenGL last.
     pub(super) backends: Option<Backends>,
     /// A part of the adapter's name or backend, and the option or variable that gave it.
     pub(super) name: Option<(String, &'static str)>,

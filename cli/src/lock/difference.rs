@@ -14,7 +14,7 @@ const NAMES: usize = 4;
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Change {
     pub(crate) pipeline: String,
-    /// The affected pass; `None` for a difference of the entire pipeline.
+    /// The first affected pass; `None` for a difference of the entire pipeline.
     pub(crate) pass: Option<String>,
     /// The description of the difference, without the pipeline's name.
     pub(crate) message: String,

@@ -75,7 +75,7 @@ impl<'p> LockFile<'p> {
         slashed(&up.chain(path.components().skip(shared)).collect::<PathBuf>())
     }
 
-    /// Normalizes the name of a pipeline in the file, which may be any relative path.
+    /// Normalizes a pipeline's name in the file, which may be written as any relative path.
     pub(crate) fn usual(&self, name: &str) -> String {
         match name.starts_with("umbragraph:") {
             true => name.to_owned(),

@@ -85,7 +85,7 @@ pub(crate) struct Section {
     pub(crate) texts: Texts,
 }
 
-/// Passes that share a template and profiles, and the validation request for them.
+/// Passes that share a template and profiles, and the index of the validation request for them.
 #[derive(Clone, Debug)]
 pub(crate) struct Reaching {
     pub(crate) passes: Vec<String>,

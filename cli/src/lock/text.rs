@@ -168,7 +168,7 @@ struct Reader {
     /// The current pipeline's path, profiles and sections; `None` before the first pipeline.
     pipeline: Option<(String, BTreeSet<String>, Vec<Section>)>,
     section: Option<Section>,
-    /// Flags: the current section has its counts, and the figures of its most expensive entry point.
+    /// Whether the lines `combinations` and `largest` of the current section have been read.
     has: [bool; 2],
 }
 

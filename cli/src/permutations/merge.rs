@@ -49,7 +49,7 @@ struct ReachedPipeline {
     reached: Pipeline,
 }
 
-/// The report on one template.
+/// The report on one validation request: the variants of a template for one or several passes.
 #[derive(PartialEq, Serialize, Deserialize)]
 struct Template {
     name: String,
@@ -116,13 +116,14 @@ impl Report {
         self.declarations += other.declarations;
     }
 
-    /// Returns `true` if both reports contain the same pipeline.
+    /// Returns `true` if the two reports have a pipeline in common.
     fn has_one_of(&self, other: &Self) -> bool {
         let is_known = |own: &ReachedPipeline| other.pipelines.iter().any(|one| one.pipeline == own.pipeline);
         self.pipelines.iter().any(is_known)
     }
 
-    /// Sorts the parts in an order that does not depend on the shards, and counts them.
+    /// Sorts pipelines and templates in an order that does not depend on the shards. Counts the combinations of axis
+    /// values and the distinct shader sources.
     fn finish(&mut self) {
         self.pipelines.sort_by(|a, b| a.pipeline.cmp(&b.pipeline));
         let hash = |one: &Template| one.variants.first().map(|first| first.hash.clone());

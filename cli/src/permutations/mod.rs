@@ -34,7 +34,8 @@ use requests::requests;
 pub(crate) use shard::Shard;
 use shared::shared;
 
-/// Validates the shader variants. Returns `true` if there were no errors.
+/// Validates the shader variants of the given pipelines, or of all templates; `--merge` joins reports instead. Returns
+/// `true` if there were no errors.
 pub(crate) fn run(arguments: &PermutationsArguments) -> bool {
     let mut session = Session::new(&arguments.files);
     if arguments.merge {

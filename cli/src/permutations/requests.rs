@@ -19,7 +19,8 @@ use crate::lock::Reaching;
 use crate::session::{Session, dry_run, profiles};
 use crate::variants::ReachedConfigurations;
 
-/// Returns the variants to validate; `None` if the command line names something that does not exist.
+/// Returns the variants to validate, and the reachable configurations of each pipeline. `None` if the command line
+/// names an unknown profile.
 pub(super) fn requests(
     arguments: &PermutationsArguments,
     session: &mut Session,
@@ -168,7 +169,7 @@ pub(super) fn requests(
     Some((requests, counts))
 }
 
-/// Returns the estimated cost of each pipeline and group of profiles, in the order in which they are loaded.
+/// Returns the estimated, unitless cost of each pipeline and group of profiles, in the order in which they are loaded.
 fn costs(arguments: &PermutationsArguments, session: &mut Session, asked: &[TargetProfile]) -> Vec<u128> {
     let mut costs = Vec::new();
     for path in &arguments.pipelines {

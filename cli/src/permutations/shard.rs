@@ -22,7 +22,7 @@ pub(crate) struct Shard {
     pub(crate) of: u32,
 }
 
-/// The shards that share a piece of work, each with its part of the cost.
+/// The numbers of the shards that share a piece of work, each with its part of the cost.
 type Shares = BTreeMap<u32, u128>;
 
 /// The indices of the profiles for which a shard validates a template, by template.
@@ -53,8 +53,9 @@ impl Shard {
         }
     }
 
-    /// Distributes work of these costs over all shards. Returns the shares of each piece, or `None` where this shard
-    /// has none. Work above an equal part is cut; the largest piece goes first, to the shard with the least work.
+    /// Distributes pieces of work with the given costs over all shards. Returns the shares of each piece, or `None` for
+    /// a piece in which this shard has no share. A piece larger than an equal share of the total is cut. The largest
+    /// goes first, to the shard with the least work.
     pub(crate) fn pieces(self, costs: &[u128]) -> Vec<Option<Shares>> {
         let equal = costs.iter().sum::<u128>().div_ceil(u128::from(self.of)).max(1);
         let cut = |(at, cost): (usize, u128)| {

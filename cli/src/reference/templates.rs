@@ -106,7 +106,7 @@ fn about(text: &str) -> String {
     paragraphs.collect::<Vec<_>>().join("\n\n").trim().to_owned()
 }
 
-/// Returns the first sentence of a text, which does not end after an initial.
+/// Returns the first sentence of a text. A full stop after an initial, as in `J. Doe`, does not end the sentence.
 fn first_sentence(text: &str) -> &str {
     let text = text.lines().next().unwrap_or_default();
     let end = text.match_indices(". ").find(|(at, _)| {
@@ -161,7 +161,7 @@ pub(super) fn declarations(text: &str, included: bool) -> Vec<[String; 2]> {
     rows
 }
 
-/// Returns the place and the declaration of each binding.
+/// Returns the `@group` and `@binding` attributes and the declaration of each binding in a template.
 fn bindings(text: &str) -> impl Iterator<Item = (&str, &str)> {
     text.lines().filter_map(|line| {
         let declared = line.trim().strip_prefix("@group(")?;
@@ -192,7 +192,7 @@ fn members(text: &str, declared: &str) -> Option<String> {
     (!members.is_empty()).then(|| members.join(", "))
 }
 
-/// Returns the double-quoted texts that directly follow some words.
+/// Returns the double-quoted strings that directly follow each occurrence of `words`.
 fn quoted_after<'a>(text: &'a str, words: &'a str) -> impl Iterator<Item = &'a str> {
     text.split(words).skip(1).filter_map(|rest| rest.strip_prefix('"')?.split('"').next())
 }

@@ -1,4 +1,4 @@
-//! `--capture` and `--capture-all`: which textures are looked at, and the files that they come to.
+//! `--capture` and `--capture-all`: the textures that are captured, and the files for them.
 
 use std::path::{Path, PathBuf};
 
@@ -16,7 +16,7 @@ pub(crate) struct CaptureArgument {
     reference: String,
     mip: u32,
     layer: Option<u32>,
-    /// The face of a cube map, as an index of an array layer.
+    /// The face of a cube map, from 0 (+X) to 5 (−Z); `None` if no face is given.
     face: Option<u32>,
     file: PathBuf,
 }
@@ -27,7 +27,7 @@ impl CaptureArgument {
     /// Parses `RESOURCE[@PASS][:MIP[,LAYER][,FACE]]=FILE`, the value of `--capture`.
     ///
     /// # Errors
-    /// A message for the command line.
+    /// A message that describes the invalid part.
     pub(crate) fn parse(text: &str) -> Result<Self, String> {
         let (what, file) =
             text.split_once('=').ok_or("a capture is RESOURCE[@PASS][:MIP,LAYER,FACE]=FILE")?;
@@ -71,7 +71,8 @@ pub(super) struct CaptureFile {
     format: Format,
 }
 
-/// Returns the captures of a plan, and the document that adds them to its pipeline.
+/// Returns the captures of a plan, and the document that adds them to its pipeline. `all` is the folder for pictures of
+/// every texture; `is_reported` adds the pictures of the report page.
 ///
 /// # Errors
 /// Resources that do not exist or cannot be shown as a picture, and files that cannot be written: all of them at once.
@@ -176,7 +177,8 @@ impl CaptureFile {
         ([sheet.width, sheet.height], sheet.rgba(self.content, &ranges))
     }
 
-    /// Writes the captured texels to the file, and returns a description of them.
+    /// Writes the captured texels to the file, and returns a description of them. `overwritten` names the pass that
+    /// later overwrites the contents, if any.
     ///
     /// # Errors
     /// A layer that does not exist, or a file that cannot be written.

@@ -35,8 +35,8 @@ impl Environment {
     /// one.
     ///
     /// # Errors
-    /// A file that cannot be read or is no .hdr or .exr. A plan without a texture for it, or a plan with a texture but
-    /// no file.
+    /// A file that cannot be read or is no .hdr or .exr. A file for a plan that imports no environment picture. A plan
+    /// that needs such a picture, if no file is given.
     pub(super) fn of(path: Option<&Path>, plan: &Plan) -> Result<Option<Self>, Diagnostic> {
         let resource = plan.resources.get(IMPORT).filter(|one| one.lifetime == Lifetime::Imported);
         let fits = resource.and_then(|one| one.format) == Some(wgpu::TextureFormat::Rgba16Float);
@@ -69,7 +69,7 @@ impl Environment {
         }
     }
 
-    /// Writes the picture to the imported texture, unless that has been done.
+    /// Writes the picture to the imported texture, unless the texture already contains it.
     pub(super) fn bring(&mut self, queue: &wgpu::Queue, imports: &[(String, wgpu::Texture)]) {
         let texture = imports.iter().find(|(name, _)| name == IMPORT).map(|(_, texture)| texture);
         let Some(texture) = texture.filter(|texture| self.written.as_ref() != Some(texture)) else { return };
@@ -89,7 +89,8 @@ impl Environment {
         (self.written, self.is_read) = (Some(texture.clone()), false);
     }
 
-    /// Returns the new state of the toggle once a frame has read the picture: off from frame 0 on.
+    /// Returns the toggle `environment_changed` with the state "off from frame 0 on", once a frame has read the
+    /// picture. `None` before, and if the plan has no such toggle.
     pub(super) fn kept(&self, plan: &Plan) -> Option<(&'static str, (u32, bool))> {
         (self.is_read && plan.toggles.contains_key(TOGGLE)).then_some((TOGGLE, (0, false)))
     }
@@ -135,7 +136,8 @@ fn open_exr(bytes: &[u8]) -> Result<Colors, String> {
     Ok(Colors { width: size.width(), height: size.height(), texels: image.layer_data.channel_data.pixels.1 })
 }
 
-/// Resizes a picture: each texel is the mean of the source texels that it covers, or the source texel around it.
+/// Resizes a picture. Each texel is the mean of the source texels that it covers, or, in an enlarged picture, the
+/// source texel that contains it. NaN counts as 0, and channels are clamped to the range from 0 to 65504.
 fn resized(colors: &Colors, width: usize, height: usize) -> Vec<[f32; 3]> {
     let span = |index: usize, count: usize, whole: usize| {
         let first = index * whole / count;

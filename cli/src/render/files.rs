@@ -215,7 +215,7 @@ impl Animation {
         }
     }
 
-    /// Adds a frame of 8-bit RGBA pixels.
+    /// Adds a frame of 8-bit RGBA pixels. `at` is the number of the frame, from 0.
     ///
     /// # Errors
     /// A file that cannot be written.

@@ -202,7 +202,8 @@ impl Output {
     }
 }
 
-/// The maximum number of times that a frame is planned again, until the buffers have the sizes that CPU passes request.
+/// The maximum number of times that one frame is recorded. After each recording but the last, CPU passes may request
+/// other data sizes, and the frame is planned again.
 const ROUNDS: usize = 8;
 
 /// A scene that is rendered frame by frame.
@@ -274,7 +275,7 @@ impl<'a> Drawing<'a> {
         })
     }
 
-    /// Moves the camera along its path and the meshes to a time. Returns the input of that frame.
+    /// Places the camera on its path, and the meshes in their pose, for one frame. Returns the input of that frame.
     pub(crate) fn input(&mut self, path: &CameraPath, shot: Shot) -> FrameInput {
         let Shot { index, time, part } = shot;
         let index = u64::from(index);
@@ -324,7 +325,7 @@ impl<'a> Drawing<'a> {
         }
     }
 
-    /// Records and submits a frame; plans again while CPU passes request other sizes.
+    /// Records and submits a frame; plans again while CPU passes request other data sizes.
     fn record(&mut self, input: &FrameInput) -> Result<(), Diagnostics> {
         let Graphics { device, queue, .. } = self.graphics;
         for round in 0..ROUNDS {

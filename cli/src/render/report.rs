@@ -37,7 +37,8 @@ pub(super) struct RunReport {
 }
 
 impl RunReport {
-    /// Begins the report on a plan, without captures, and creates its folder; `None` if there is no plan.
+    /// Begins the report on `checked`, the plan without the copies for captures, and creates the folder; `None` if
+    /// there is no plan.
     ///
     /// # Errors
     /// A folder that cannot be created.
@@ -60,7 +61,7 @@ impl RunReport {
         }
     }
 
-    /// Writes the page into a folder, and returns a description of it.
+    /// Writes the page into a folder, and returns a line that names the written file.
     ///
     /// # Errors
     /// A folder that cannot be written to.

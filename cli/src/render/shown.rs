@@ -28,8 +28,8 @@ impl Drawing<'_> {
         }
     }
 
-    /// Reads back the frame as 8-bit screen colors; other formats are converted, with tone mapping of colors near or
-    /// above 1.
+    /// Reads back the frame as RGBA screen colors with 8 bits per channel. Formats other than `rgba8unorm` and
+    /// `rgba8unorm-srgb` are converted; colors of float formats are tone mapped.
     pub(crate) fn shown(&self) -> Result<Vec<u8>, Diagnostic> {
         match self.target().map(wgpu::Texture::format).filter(|format| !is_of_screen(*format)) {
             Some(format) => Ok(bytes(&self.texels()?, format)),
@@ -53,7 +53,7 @@ impl Drawing<'_> {
         self.imports.iter().find(|(name, _)| *name == self.picture).map(|(_, texture)| texture)
     }
 
-    /// Returns a note if the picture's float format is tone mapped when written to an 8-bit file.
+    /// Returns the note that 8-bit files have tone mapped colors, if the picture has a float format; otherwise `None`.
     pub(crate) fn note(&self) -> Option<Diagnostic> {
         let format = self.target()?.format();
         is_of_floats(format).then(|| note(&self.picture, format))
@@ -100,7 +100,8 @@ fn bytes(texels: &Texels, format: TextureFormat) -> Vec<u8> {
     texels.values.iter().flat_map(|texel| shown(*texel)).collect()
 }
 
-/// Scales a color so that its brightest channel is at most 1; the hue stays the same.
+/// Scales a color so that its brightest channel is at most 1; the hue stays the same. Colors up to [`BEGIN`] are
+/// unchanged.
 fn tone_mapped(color: [f32; 3]) -> [f32; 3] {
     // What is no number is black; infinities are white.
     let color = color.map(|channel| if channel.is_nan() { 0.0 } else { channel.clamp(0.0, f32::MAX) });

@@ -10,7 +10,8 @@ use umbragraph::scene::Scene;
 #[cfg(feature = "score")]
 use umbragraph_score::Rays;
 
-/// The minimum distance of a camera from obstacles and from the ground, in metres.
+/// The minimum distance of a camera from obstacles ahead, in metres. `HEIGHT` is the minimum height above the surface
+/// below.
 #[cfg(feature = "score")]
 const DISTANCE: f64 = 0.5;
 #[cfg(feature = "score")]

@@ -120,7 +120,7 @@ impl Timings {
         table
     }
 
-    /// Writes the times as a trace file, and returns a description of it.
+    /// Writes the times as a trace file, and returns a line that names the written file.
     ///
     /// # Errors
     /// A file that cannot be written.

@@ -186,8 +186,8 @@ fn broken<'a>(
 }
 
 impl Scored {
-    /// Returns the frame with the lowest intersection over union, and the value. Only frames with at least a hundredth
-    /// of the pixels in shadow count.
+    /// Returns the number of the frame with the lowest intersection over union, and the value. Only frames with at
+    /// least a hundredth of the pixels in shadow count; `None` if there is no such frame.
     fn worst(&self) -> Option<(u32, f64)> {
         let shown = self.frames.iter().filter(|(_, scores)| {
             let all = scores.band(0);

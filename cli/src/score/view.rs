@@ -1,4 +1,4 @@
-//! A frame as rays see it, and how pictures of its lights answer.
+//! The ray-traced reference of a frame, and the comparison of rendered shadow terms with it.
 
 use umbragraph::diagnostic::{Diagnostic, Diagnostics};
 use umbragraph::frame::{FrameInput, Light};
@@ -46,7 +46,7 @@ pub(crate) struct Answer<'v> {
     pub(crate) scores: Scores,
     /// Set if no pixel of the rendered picture is in shadow.
     pub(crate) is_lit_everywhere: bool,
-    /// The bytes of the rendered pixels.
+    /// The pixels of the rendered shadow term, in RGBA with 8 bits per channel.
     pub(crate) pixels: Vec<u8>,
 }
 
@@ -81,7 +81,7 @@ impl<'r> View<'r> {
         self.lights.iter().map(|(light, _)| &*light.name)
     }
 
-    /// Renders the shadow term of each light separately.
+    /// Renders the shadow term of each light separately, and scores it against the ray-traced reference.
     pub(crate) fn answers(
         &self,
         drawing: &mut Drawing<'_>,

@@ -22,7 +22,7 @@ impl Session {
         self.own_files = self.own_files.is_some().then(|| self.session.own_templates());
     }
 
-    /// Returns the files that pipelines were read from, including paths that were searched in vain.
+    /// Returns the files that pipelines were read from, including searched paths at which no file exists.
     pub(crate) fn paths(&mut self, pipelines: &[PathBuf], extensions: &[PathBuf]) -> Vec<PathBuf> {
         let targets: Vec<Target> = pipelines.iter().map(|path| self.target(path, extensions)).collect();
         let loads = targets.iter().filter_map(|target| self.session.load(target).ok());
@@ -30,8 +30,8 @@ impl Session {
     }
 }
 
-/// Reads the templates in the folder of `--templates`; `None` if no folder is given. Adds diagnostics for missing
-/// folders.
+/// Reads the templates in the folder of `--templates`; `None` if no folder is given. Adds diagnostics for folders that
+/// are missing or cannot be read.
 pub(super) fn own_templates(files: &Files, diagnostics: &mut Diagnostics) -> Option<Vec<Template>> {
     diagnostics.extend(files.root.iter().filter(|root| !root.is_dir()).map(|root| {
         let name = root.display().to_string();

@@ -26,7 +26,8 @@ pub(super) struct TestFile {
     /// The name of the file's template, which is its path.
     pub(super) name: String,
     text: Arc<str>,
-    /// Set if the command line names the file; otherwise it is only a candidate for pipelines.
+    /// Set if the command line names the file, its template or a folder with the file. Otherwise the tests run only for
+    /// pipelines that use their templates.
     pub(super) is_named: bool,
 }
 

@@ -23,8 +23,8 @@ pub(super) const MAX_ROUNDS: u32 = 65_000;
 pub(super) const ENTRY_POINT: &str = "test_runner_main";
 /// The prefix of all identifiers that the instrumentation adds.
 pub(super) const PREFIX: &str = "test_runner_";
-/// The number of 32-bit words in a row's result: its state, the index of the assert or loop, the tolerance, and both
-/// values.
+/// The number of 32-bit words in a row's result. They are state, index of the assert or loop, tolerance and padding,
+/// then four words each for the found and the wanted value.
 pub(super) const RESULT_WORDS: usize = 12;
 /// The state of a row that has passed; the state is 0 before the row ran.
 pub(super) const PASSED: u32 = 1;
@@ -38,7 +38,8 @@ pub(super) struct Row {
     pub(super) row: usize,
 }
 
-/// Returns the variable name for one argument of an assert, in the source that determines the argument types.
+/// Returns the name of the variable that stores an argument of an assert, for finding its type. `assert` and `side` are
+/// the indices of the assert and of the argument.
 pub(super) fn variable(assert: usize, side: usize) -> String {
     format!("{PREFIX}{assert}_{side}")
 }

@@ -17,8 +17,8 @@ use umbragraph::low_level::shader::{ShaderCache, TargetProfile};
 use super::find::{self, TestFile};
 use crate::session::{Session, profiles};
 
-/// Adds the variants that a pipeline requests of test files, by file name. Returns the number of test files that it
-/// uses, or `None` if the pipeline cannot be loaded.
+/// Adds requests for the variants of test files that a pipeline can reach, by file name. Returns the number of test
+/// files with such requests, or `None` if the pipeline cannot be loaded.
 pub(super) fn of_pipeline(
     session: &mut Session,
     path: &Path,

@@ -225,7 +225,7 @@ impl<'t> Scanner<'t> {
         }
     }
 
-    /// Adds the function at a token index, whose attributes have been read.
+    /// Adds the test function at a token index; `test` and `rows` come from its attributes.
     fn test(&mut self, at: usize, test: Option<Range<usize>>, rows: Vec<TableRow>) {
         let first = test.clone().or(rows.first().map(|row| row.at.clone())).unwrap_or(0..0);
         let help = "put `@test` and its `@case(…)` lines right before a function";

@@ -60,7 +60,7 @@ impl Shape {
         format!("vec4<u32>({bits}{zeros})")
     }
 
-    /// Formats a value from its bits.
+    /// Formats a value of the type from the bits of its components.
     pub(super) fn show(self, bits: [u32; 4]) -> String {
         let one = |bits: &u32| match self.kind {
             ScalarKind::Bool => (*bits != 0).to_string(),
@@ -147,7 +147,8 @@ pub(super) fn bindings(module: &Module, function: &str) -> Vec<String> {
     found.into_iter().collect()
 }
 
-/// Adds the functions that call statements name; a call without a result appears in no expression.
+/// Adds the functions that statements of a block call. Calls without a result are found only here, since they appear in
+/// no expression.
 fn calls(block: &naga::Block, found: &mut Vec<naga::Handle<Function>>) {
     use naga::Statement as S;
     for statement in block {

@@ -15,7 +15,8 @@ use super::scan::{AssertKind, Scan, scan};
 use super::types::{self, Shape};
 use crate::codes;
 
-/// The maximum number of `override` values that are all tried; with more, only the ends and the default are tried.
+/// The maximum number of values of one `override` constant that are all tried. If there are more, only the ends and the
+/// default are tried.
 const MAX_VALUES: u64 = 16;
 /// The maximum number of sets of `override` values for one shader source.
 const MAX_SETS: usize = 64;
@@ -183,7 +184,8 @@ fn place_of_file(variant: &Variant) -> umbragraph::diagnostic::Place {
     first.map_or(umbragraph::diagnostic::Place::Nowhere, Into::into)
 }
 
-/// Returns the sets of `override` values to test: all combinations, or single values if there are too many.
+/// Returns the sets of `override` values to test: all combinations, or one value at a time if there are more than
+/// [`MAX_SETS`] combinations. Sets that violate a constraint are left out.
 fn sets(
     templates: &TemplateSet,
     request: &Request,

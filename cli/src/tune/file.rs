@@ -1,4 +1,4 @@
-//! The parameter file that is written: what the command line gave values to, and over it what was found.
+//! The parameter file that is written: the values of the command line, overridden by the values found.
 
 use std::fmt::Write as _;
 

@@ -46,7 +46,7 @@ use crate::session::Session;
 use crate::shadow_term;
 use umbragraph::low_level::camera_path::CameraPath;
 
-/// The distance of the first candidates from the start, in coordinates from 0 to 1.
+/// The initial step size of CMA-ES: the standard deviation of the first candidates, in coordinates from 0 to 1.
 const SPREAD: f64 = 0.15;
 
 /// The coordinates that are tried to find out whether a parameter has any effect.
@@ -178,13 +178,13 @@ struct Tried {
 struct Search<'a> {
     trials: Trials<'a>,
     tuned: Vec<Tuned>,
-    /// The parameters without any known effect.
+    /// The parameters that are not searched, since no effect on the picture is known yet.
     left_out: Vec<Tuned>,
     /// Set once the effect of each parameter has been tested.
     has_looked: bool,
     /// The number of value sets after which this part of the search ends.
     limit: usize,
-    /// The losses of the tried values, by their text.
+    /// The loss of each set of values tried so far, by the set written as text.
     known: HashMap<String, f64>,
     tried: Vec<Tried>,
     rejected: u32,
@@ -309,7 +309,7 @@ impl Search<'_> {
         }
     }
 
-    /// Returns a warning for each parameter without any effect.
+    /// Returns a warning for each parameter without any effect, and an error if no other parameter is left.
     fn findings(&self) -> Vec<Diagnostic> {
         let of = |one: &Tuned| {
             let message = format!("the parameter \"{}\" changes no pixel of the shadow term", one.name);

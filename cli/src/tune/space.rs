@@ -44,7 +44,7 @@ impl Over {
     }
 }
 
-/// The ratio of values over which the scale of a range from 0 is roughly logarithmic.
+/// The ratio of the largest to the smallest value between which the scale of a range from 0 is roughly logarithmic.
 const DECADES: f64 = 1e4;
 
 /// The mapping of a coordinate from 0 to 1 to a value in the range.
@@ -70,7 +70,7 @@ pub(crate) struct Tuned {
 }
 
 impl Tuned {
-    /// Creates the search range of a parameter. `place` is the source place of the request.
+    /// Creates the search range of a parameter. `place` is the source place of its name on the command line.
     ///
     /// # Errors
     /// An unknown parameter, or one without an order or a range.

@@ -35,7 +35,7 @@ pub(super) struct Found {
 }
 
 impl Found {
-    /// Creates the result of a search. `tried` begins with the start values.
+    /// Creates the result of a search. `tried` begins with the start values; `None` if it is empty.
     pub(super) fn new(
         arguments: &TuneArguments,
         adapter: &str,
@@ -59,7 +59,7 @@ impl Found {
         })
     }
 
-    /// Returns the name of the score.
+    /// Returns the display name of the score that was tuned.
     pub(super) fn score_name(&self) -> &'static str {
         match self.measure {
             Measure::Iou => "IoU",

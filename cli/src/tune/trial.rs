@@ -34,7 +34,7 @@ pub(crate) struct Subject<'r> {
     pub(crate) view: View<'r>,
 }
 
-/// The outcome of a trial.
+/// The outcome of rendering and scoring one set of parameter values.
 #[derive(Clone, Debug)]
 pub(crate) struct Outcome {
     /// The loss to minimize: the mean over the scenes.
@@ -66,7 +66,7 @@ pub(crate) struct Trials<'a> {
     pub(crate) subjects: &'a [Subject<'a>],
     /// The values with which the current plan was made.
     pub(crate) planned: Vec<(String, Value)>,
-    /// The number of texture reads of the current plan.
+    /// The value of [`Cost::taps`] for the current plan.
     pub(crate) taps: u64,
 }
 
@@ -104,7 +104,7 @@ impl Trials<'_> {
         Ok(Outcome { loss, scenes, cost, pictures: hasher.finish() })
     }
 
-    /// Applies parameter values to the drawings; plans again where a value requires it.
+    /// Applies parameter values to the drawings. Plans again if a value that is not live differs from the current plan.
     fn set(&mut self, values: &[(String, Value)]) -> Result<(), Diagnostics> {
         let Some(first) = self.drawings.first() else { return Ok(()) };
         let plan = first.executor.plan().clone();
@@ -152,8 +152,8 @@ pub(crate) fn loss(scores: &Scores, measure: Measure) -> Option<f64> {
     }
 }
 
-/// Returns the number of texels of the areas that passes without colors drew in the last frame, except into the
-/// picture's own depth.
+/// Returns the number of texels in the areas that depth-only passes drew in the last frame. Passes that share their
+/// depth attachment with a color pass do not count.
 fn drawn_texels(executor: &Executor) -> u64 {
     let pipeline = &executor.plan().pipeline;
     let renders = || {

@@ -1,4 +1,4 @@
-//! Sizes and times of change of files: what says that something is other than before.
+//! Sizes and modification times of files, by which changes are found.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -10,7 +10,8 @@ use umbragraph::low_level::shader::TEMPLATE_ENDS;
 /// The size in bytes and the modification time of a file; `None` if the file does not exist.
 type Stamp = Option<(u64, Option<SystemTime>)>;
 
-/// The stamps of watched files. A folder has the stamps of the templates below it.
+/// The stamps (size and modification time) of watched files, by path. A folder has the stamps of the templates below
+/// it.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct Stamps(BTreeMap<PathBuf, Vec<(PathBuf, Stamp)>>);
 

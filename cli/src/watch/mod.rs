@@ -32,7 +32,8 @@ use problems::Problems;
 /// The time between two checks for changed files.
 const INTERVAL: Duration = Duration::from_millis(100);
 
-/// Checks the pipelines at each change, until the process ends or the reader closes standard output.
+/// Checks the pipelines at each change, until the process ends or the reader closes standard output. Returns `false` if
+/// standard output could not be written.
 pub(crate) fn run(arguments: &WatchArguments) -> bool {
     let mut session = Session::new(&arguments.choices.files);
     let mut problems = Problems::default();

@@ -1,4 +1,4 @@
-//! Diagnostics as lines for a problem matcher, and only those of files of which something else is to be said.
+//! Diagnostics as lines for a problem matcher; only files whose diagnostics have changed are printed.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -51,7 +51,7 @@ impl Problems {
     }
 }
 
-/// Returns the file of a diagnostic, and its line of output.
+/// Returns the file name of a diagnostic, given as JSON, and the line that is printed for it.
 fn line(json: &serde_json::Value) -> (String, String) {
     let place = &json["place"];
     let file = place["file"].as_str().unwrap_or(NO_FILE).to_owned();

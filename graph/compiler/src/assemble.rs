@@ -21,17 +21,17 @@ use umbragraph_pipeline::work::{
     RenderWork, ResourceHandle, Subresource, TransferEnd, TransferWork, Work,
 };
 
-/// A builder for a typed pipeline without a document.
+/// A builder that assembles a typed pipeline in code, without a JSON document.
 #[derive(Debug)]
 pub struct Assembly {
     pipeline: TypedPipeline,
-    /// The work of each pass, and its accesses other than attachments.
+    /// For each pass by index, its work and the accesses that do not follow from the work.
     works: Vec<(Work, Vec<Access>)>,
     sources: Sources,
     place: Span,
 }
 
-/// A builder for one pass; the pass is part of the pipeline from the start.
+/// A builder for one pass of an [`Assembly`], which already contains the pass.
 #[derive(Debug)]
 pub struct AssemblyPass<'a> {
     assembly: &'a mut Assembly,
@@ -41,7 +41,7 @@ pub struct AssemblyPass<'a> {
 }
 
 impl Assembly {
-    /// Starts an empty pipeline for the profile `webgpu`.
+    /// Starts an empty pipeline for the target profile `webgpu`.
     pub fn new(name: &str) -> Self {
         let mut sources = Sources::new();
         let place = Span::new(sources.add("<assembled>", ""), 0..0);
@@ -78,17 +78,18 @@ impl Assembly {
         Self { pipeline, works: Vec::new(), sources, place }
     }
 
-    /// Adds a transient texture of the size of the viewport, with one mip level and one layer.
+    /// Adds a transient `rgba8unorm` texture as large as the viewport, with one mip level and one layer.
     pub fn texture(&mut self, name: &str) -> ResourceHandle {
         self.texture_with(name, |_| {})
     }
 
-    /// Adds an imported texture of the size of the viewport, with one mip level and one layer.
+    /// Adds an `rgba8unorm` texture that the host owns, as large as the viewport, with one mip level and one layer.
     pub fn imported(&mut self, name: &str) -> ResourceHandle {
         self.texture_with(name, |texture| texture.lifetime = Lifetime::Imported)
     }
 
-    /// Adds a texture that `describe` changes from a transient one of the size of the viewport.
+    /// Adds a texture with a declaration that `describe` may change. Before that, it is transient, `rgba8unorm` and as
+    /// large as the viewport.
     pub fn texture_with(
         &mut self,
         name: &str,
@@ -134,12 +135,13 @@ impl Assembly {
         self.resource(name, ResourceKind::Buffer(Box::new(declaration)))
     }
 
-    /// Adds a history texture of which `frames` earlier frames can be read; opaque black until those frames exist.
+    /// Adds a history texture as large as the viewport. Passes can read its contents of `frames` earlier frames, which
+    /// are opaque black until those frames exist.
     pub fn history(&mut self, name: &str, frames: u32) -> ResourceHandle {
         self.history_with(name, frames, |_| {})
     }
 
-    /// Adds a history texture of which `frames` earlier frames can be read and which `describe` changes.
+    /// Adds a history texture with `frames` readable earlier frames. `describe` may change its declaration.
     pub fn history_with(
         &mut self,
         name: &str,
@@ -166,11 +168,12 @@ impl Assembly {
         of
     }
 
-    /// Returns the resource of the frame `back` frames ago in a history.
+    /// Returns the resource that holds the contents of a history texture from `back` frames ago; 0 is the current
+    /// frame.
     ///
     /// # Panics
     ///
-    /// Panics if the resource is no history, or its history is shorter.
+    /// Panics if the resource is no history, or keeps fewer than `back` earlier frames.
     pub fn earlier(&self, resource: ResourceHandle, back: u32) -> ResourceHandle {
         let history = self.pipeline.resource(resource).history;
         let earlier = history.and_then(|history| history.members().nth(back as usize));
@@ -213,7 +216,7 @@ impl Assembly {
         ResourceHandle::at(self.pipeline.resources.len() - 1)
     }
 
-    /// Adds a pass without accesses.
+    /// Adds a pass without work or accesses, and returns its builder.
     pub fn pass(&mut self, name: &str) -> AssemblyPass<'_> {
         let handle = PassHandle::at(self.pipeline.passes.len());
         let (kind, pointer) = ("assembled".to_owned(), format!("/passes/{name}"));
@@ -222,7 +225,7 @@ impl Assembly {
         AssemblyPass { assembly: self, handle, color: Vec::new(), depth: None }
     }
 
-    /// A subresource range of a resource, as an end of a copy.
+    /// Returns a reference to a subresource range of the newest version of a resource, such as the source of a copy.
     pub fn subresource(&self, resource: ResourceHandle, range: SubresourceRange) -> Subresource {
         Subresource { resource, range, version: Version::Newest, place: self.place, pointer: String::new() }
     }
@@ -244,17 +247,17 @@ impl AssemblyPass<'_> {
         self.handle
     }
 
-    /// Samples the whole newest version of a texture.
+    /// Declares that the pass samples all subresources of the newest version of a texture.
     pub fn reads(self, resource: ResourceHandle) -> Self {
         self.accesses(resource, SubresourceRange::WHOLE, Usage::Sampled, Version::Newest)
     }
 
-    /// Samples a subresource range of the newest version of a texture.
+    /// Declares that the pass samples a subresource range of the newest version of a texture.
     pub fn reads_range(self, resource: ResourceHandle, range: SubresourceRange) -> Self {
         self.accesses(resource, range, Usage::Sampled, Version::Newest)
     }
 
-    /// Samples the version that a pass wrote.
+    /// Declares that the pass samples the version of a texture that the pass named `writer` wrote.
     pub fn reads_version(self, resource: ResourceHandle, writer: &str) -> Self {
         self.accesses(
             resource,
@@ -264,17 +267,17 @@ impl AssemblyPass<'_> {
         )
     }
 
-    /// Replaces a whole resource by storage writes.
+    /// Declares that the pass replaces all contents of a resource with storage writes.
     pub fn writes(self, resource: ResourceHandle) -> Self {
         self.writes_range(resource, SubresourceRange::WHOLE)
     }
 
-    /// Replaces a subresource range of a resource by storage writes.
+    /// Declares that the pass replaces the contents of a subresource range with storage writes.
     pub fn writes_range(self, resource: ResourceHandle, range: SubresourceRange) -> Self {
         self.accesses(resource, range, Usage::StorageReplace, Version::Newest)
     }
 
-    /// Reads and writes a whole resource as storage.
+    /// Declares that the pass reads and writes a resource as storage.
     pub fn updates(self, resource: ResourceHandle) -> Self {
         self.accesses(resource, SubresourceRange::WHOLE, Usage::StorageReadWrite, Version::Newest)
     }
@@ -308,7 +311,7 @@ impl AssemblyPass<'_> {
         self.draw()
     }
 
-    /// Attaches mip level 0 and layer 0 of a texture for depth; read-only if `write` is `false`.
+    /// Attaches mip level 0 and layer 0 of a texture as the depth attachment; read-only if `write` is `false`.
     pub fn depth(mut self, resource: ResourceHandle, load: LoadOperation<f64>, write: bool) -> Self {
         let to = self.attached(resource);
         let load = load.map(|depth| Depth(depth).into());
@@ -317,7 +320,8 @@ impl AssemblyPass<'_> {
         self.draw()
     }
 
-    /// Copies `source` to `destination`, or fills the destination buffer with zeros if `source` is `None`.
+    /// Copies `source` to `destination`, or fills the destination buffer with zeros if `source` is `None`. `written` is
+    /// the usage of the destination.
     pub fn copies(mut self, source: Option<TransferEnd>, destination: TransferEnd, written: Usage) -> Self {
         let transfer = TransferWork { source, destination, written, extent: None };
         self.work().0 = Work::Transfer(Box::new(transfer));
@@ -330,7 +334,8 @@ impl AssemblyPass<'_> {
         self
     }
 
-    /// Makes this pass run only in frames in which a toggle is on, or off if `on` is `false`.
+    /// Makes this pass run only in frames in which a toggle is on, or off if `on` is `false`. `toggle` is an index that
+    /// [`Assembly::toggle`] returned.
     pub fn toggle(mut self, toggle: usize, on: bool) -> Self {
         self.declared().condition = Some(Condition { toggle, on });
         self
@@ -354,7 +359,7 @@ impl AssemblyPass<'_> {
         self.assembly.subresource(resource, SubresourceRange::of(Some(0), Some(0)))
     }
 
-    /// Turns the pass into one that draws to the attachments added so far.
+    /// Makes the pass a full-screen draw to the attachments added so far.
     fn draw(mut self) -> Self {
         let (color, depth) = (self.color.clone(), self.depth.clone());
         let draw = Draw::Fullscreen { program: ProgramHandle::at(0), bindings: Vec::new() };

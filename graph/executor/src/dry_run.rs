@@ -88,7 +88,7 @@ fn no_device(profile: &TargetProfile, error: &dyn Error) -> Diagnostic {
     Diagnostic::warning(codes::DEVICE, Place::Nowhere, message)
 }
 
-/// Records and submits a frame.
+/// Records and submits one frame of a plan, and returns the errors.
 async fn record(
     device: &wgpu::Device,
     queue: &wgpu::Queue,
@@ -172,7 +172,7 @@ fn input() -> FrameInput {
     .scene_bounds(Bounds { min: DVec3::NEG_ONE, max: DVec3::ONE })
 }
 
-/// A host without meshes.
+/// A draw source without meshes, whose objects are all bound to one buffer.
 struct Nothing {
     block: wgpu::Buffer,
 }

@@ -29,7 +29,8 @@ use crate::objects::creation;
 use crate::objects::creation::{Caught, Creation, reject};
 use umbragraph_pipeline::frame::FrameInput;
 
-/// A plan, instantiated on a device.
+/// A plan with its textures, buffers, pipelines and bind groups on a device. It records frames of the plan into command
+/// encoders.
 pub struct Executor {
     preparation: PlanPreparer,
     queue: wgpu::Queue,
@@ -40,7 +41,7 @@ pub struct Executor {
     gpu_times: GpuTimes,
     statistics: Statistics,
     warnings: Diagnostics,
-    /// Device errors from creating objects whose outcome the browser has not reported yet.
+    /// Device errors of object creation that a later record reports; only browsers report errors with such a delay.
     late: Caught,
     /// The number of records so far.
     records: u64,
@@ -52,8 +53,8 @@ impl Executor {
     /// In a browser, errors of the device arrive late; a later record reports them.
     ///
     /// # Errors
-    /// A host whose interface does not fit the shaders, a device that is lost or does not meet the plan's requirements,
-    /// errors of the device.
+    /// Mesh layouts of the host that do not fit the shaders; a device that is lost or does not meet the plan's
+    /// requirements; errors of the device.
     pub fn new(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
@@ -104,10 +105,10 @@ impl Executor {
 
     /// Instantiates another plan: after a resize, or with other parameters or features.
     ///
-    /// Unchanged objects are kept: pipelines and samplers of equal descriptors, textures and buffers of equal
-    /// descriptors, blackboard data. Textures and buffers that outlive frames keep their contents under their own
-    /// names. During the change the textures of both plans exist. Live values and imports stay for all plans that have
-    /// them, even if a plan in between has not. Meshes are stored as the last draw source declared.
+    /// Pipelines, samplers, textures and buffers with unchanged descriptors are reused, and blackboard data is kept.
+    /// Textures and buffers that outlive frames keep their contents under their own names. During the change, the
+    /// textures of both plans exist. Values of live parameters and imports stay set for all later plans that have them,
+    /// even if a plan in between does not. The mesh layouts are those that the last draw source declared.
     ///
     /// # Errors
     /// As of [`Executor::new`]. The executor then keeps the previous plan.
@@ -115,8 +116,8 @@ impl Executor {
         self.replace_plan(plan, None)
     }
 
-    /// Replaces the plan as [`Executor::set_plan`] does, with another draw source, or one that stores further
-    /// geometries.
+    /// Replaces the plan as [`Executor::set_plan`] does, and takes the mesh layouts from `source`. Needed for another
+    /// draw source, or after one has added geometry contracts.
     ///
     /// # Errors
     /// As of [`Executor::new`]. The executor then keeps the previous plan.
@@ -142,14 +143,14 @@ impl Executor {
         Ok(())
     }
 
-    /// Returns a preparer of plans for this executor, for use on any thread: [`PlanPreparer::prepare`] makes their
-    /// pipelines, and [`Executor::set_prepared_plan`] installs them in a frame.
+    /// Returns a preparer of plans for this executor, for use on any thread. [`PlanPreparer::prepare`] creates the
+    /// pipelines of a plan, and [`Executor::set_prepared_plan`] installs the plan between two frames.
     pub fn preparer(&self) -> PlanPreparer {
         self.preparation.clone()
     }
 
     /// Installs a prepared plan as [`Executor::set_plan`] does, but creates only textures, buffers and bind groups.
-    /// Objects created by the preparation count in [`Executor::statistics`] from here on.
+    /// From this call on, [`Executor::statistics`] includes the objects that the preparation created.
     ///
     /// # Errors
     /// As of [`Executor::set_plan`].
@@ -164,10 +165,11 @@ impl Executor {
         set
     }
 
-    /// Returns the handle of a live parameter, which [`Executor::set`] takes.
+    /// Returns the handle of a live parameter, for [`Executor::set`].
     ///
     /// # Errors
-    /// An unknown parameter; a structural one, with the place that makes it structural; one of another type.
+    /// An unknown parameter; a structural parameter, which needs a new plan, with the place in the pipeline that makes
+    /// it structural; a parameter of another type.
     pub fn parameter<T: ParameterValue>(&self, name: &str) -> Result<Parameter<T>, Error> {
         Parameter::new(name, &self.instantiated.parameters, &self.instantiated.plan)
             .map_err(|found| self.error(found))
@@ -177,8 +179,8 @@ impl Executor {
     /// parameter of the same name keep the value. Handles are valid for all plans with the same parameters.
     ///
     /// # Errors
-    /// A handle of another plan; a value out of range, or of another length. If values are invalid only in combination,
-    /// the next record reports an error, and all parameters keep the values of the record before.
+    /// A handle of a plan with other parameters; a value out of range; a list of another length. If values are invalid
+    /// only in combination, the next record reports an error, and all parameters keep the values of the record before.
     pub fn set<T: ParameterValue>(&mut self, parameter: Parameter<T>, value: T) -> Result<(), Error> {
         let at = if parameter.of == self.instantiated.parameters.id() { parameter.at } else { usize::MAX };
         let set = self.instantiated.parameters.set(at, &mut |to| value.assign(to));
@@ -188,7 +190,7 @@ impl Executor {
     /// Returns the handle of a resource with the lifetime `imported`, for [`Executor::give`].
     ///
     /// # Errors
-    /// The plan has no import of this name and type.
+    /// A name that is no import of the plan, or an import of the other type (texture or buffer).
     pub fn import<T: Importable>(&self, name: &str) -> Result<ImportHandle<T>, Error> {
         let Instantiated { resources, plan, .. } = &self.instantiated;
         let imports = &resources.imports;
@@ -207,12 +209,12 @@ impl Executor {
     }
 
     /// Sets the texture, part of a texture ([`Import`](crate::Import)) or buffer of an import until it is replaced, so
-    /// that frames need not name it. Later plans with the same import keep the object. Handles are valid for all plans
-    /// with the same imports.
+    /// that frames need not list the import. Later plans with the same import keep the object. Handles are valid for
+    /// all plans with the same imports.
     ///
     /// # Errors
-    /// A handle of another plan; a texture or buffer that differs from what the plan was made for. The previous object
-    /// then stays.
+    /// A handle of a plan with other imports; a texture or buffer without the size, format or usages that the plan
+    /// requires. The previous object then stays.
     pub fn give<'g, T: Importable>(
         &mut self,
         handle: ImportHandle<T>,
@@ -248,29 +250,33 @@ impl Executor {
         &self.instantiated.plan
     }
 
-    /// The counts of objects created so far.
+    /// The counts of the device objects that the executor has created so far.
     pub fn statistics(&self) -> Statistics {
         self.statistics
     }
 
-    /// The notices of the last record: an unusable camera or light, reached limits, and omissions with their reasons.
-    /// Between [`Executor::set_plan`] and the next record they include the live values that the new plan rejects.
+    /// The notices of the last record: an unusable camera or light, reached limits, and parts that CPU passes left out,
+    /// with the reasons. Between [`Executor::set_plan`] and the next record they include the live values that the new
+    /// plan rejects.
     pub fn notices(&self) -> impl Iterator<Item = &Diagnostic> {
         self.warnings.iter().chain(self.instantiated.cpu_passes.notices())
     }
 
-    /// The lights of the last recorded frame that no pass has read: they do not affect the frame.
+    /// Returns the names of the lights in `frame` that no pass read in the last record, so that they do not affect the
+    /// image. `frame` is the input of that record; invalid lights are not included.
     pub fn unread_lights<'f>(&self, frame: &'f FrameInput) -> Vec<&'f str> {
         self.instantiated.cpu_passes.unread_lights(frame)
     }
 
-    /// Returns the data sizes that CPU passes request, for [`umbragraph_compiler::PlanOptions::data_sizes`]. `None` if
-    /// the planned sizes suffice. Frames with the planned sizes are correct, but of lower quality.
+    /// Returns the sizes of blackboard data that CPU passes request, for
+    /// [`umbragraph_compiler::PlanOptions::data_sizes`]. `None` if they equal the planned sizes. Frames with the
+    /// planned sizes are correct, but of lower quality.
     pub fn wanted_sizes(&self) -> Option<BTreeMap<String, u32>> {
         self.instantiated.cpu_passes.wanted_sizes()
     }
 
-    /// The data that a CPU pass published in the last record, by the name of its resource; `None` without such data.
+    /// The blackboard data that a CPU pass published in the last record, by the name of its resource; `None` if there
+    /// is no data of this name.
     pub fn data(&self, name: &str) -> Option<&BlackboardData> {
         self.instantiated.cpu_passes.data(name)
     }
@@ -282,11 +288,12 @@ impl Executor {
         self.instantiated.kept.iter_mut().for_each(redraw::Kept::forget);
     }
 
-    /// Reads a texture of the plan back, as [`read_back`] does, once what was submitted before has run. The texture is
-    /// one that the host may look at: `"exposed": true`, or `Options::expose`.
+    /// Reads a texture of the plan back, as [`read_back`] does, after all work that was submitted before. The texture
+    /// must be exposed, with `"exposed": true` in its resource or with `Options::expose`.
     ///
     /// # Errors
-    /// A name of no texture of the plan, or of one that is the host's own or not exposed; as of [`read_back`].
+    /// A name that is no texture of the plan; a texture of the host's; a texture that is not exposed; errors as of
+    /// [`read_back`].
     pub async fn read(&self, name: &str) -> Result<Texels, Error> {
         let texture = self.readable(name).map_err(|found| self.error((*found).into()))?;
         let texels = read_back(&self.preparation.device, &self.queue, texture).await;
@@ -326,8 +333,9 @@ impl Executor {
         }
     }
 
-    /// The texture of a resource; `None` for a texture of the host's. Others may share it within a frame. For a history
-    /// it is the texture that the last record wrote; `NAME@-1` is the one before.
+    /// The texture of a resource; `None` for a texture of the host's, or if the plan has no texture of this name. Other
+    /// resources may share it within a frame. The name of a history returns the texture that the last record wrote;
+    /// `NAME@-1` returns the texture of the frame before.
     pub fn texture(&self, name: &str) -> Option<&wgpu::Texture> {
         match self.instantiated.resources.physical(&self.instantiated.plan, name)? {
             Physical::Texture(index) => self.instantiated.resources.textures.texture(index),
@@ -335,7 +343,8 @@ impl Executor {
         }
     }
 
-    /// The buffer of a resource; `None` if the plan has no buffer of this name. Others may share it within a frame.
+    /// The buffer of a resource; `None` for a buffer of the host's, or if the plan has no buffer of this name. Other
+    /// resources may share it within a frame.
     pub fn buffer(&self, name: &str) -> Option<&wgpu::Buffer> {
         match self.instantiated.resources.physical(&self.instantiated.plan, name)? {
             Physical::Buffer(index) => self.instantiated.resources.textures.buffer(index),
@@ -360,14 +369,16 @@ impl Executor {
         self.times.starts.iter().copied()
     }
 
-    /// Switches the measurement of GPU times for each pass on or off; off at first. Returns `true` if the device
-    /// supports it: this requires the feature `timestamp-query`, and for copies `TIMESTAMP_QUERY_INSIDE_ENCODERS`.
+    /// Switches the measurement of GPU times for each pass on or off; off at first. Returns `true` if the device has
+    /// the feature `timestamp-query`, which measurement requires. Copies are measured only with the feature
+    /// `TIMESTAMP_QUERY_INSIDE_ENCODERS`.
     pub fn measure_gpu_times(&mut self, on: bool) -> bool {
         self.gpu_times.switch(on, &self.preparation.device)
     }
 
-    /// The GPU time of each pass of the last record, in the order in which they began. Submit the record's encoder
-    /// first; this waits until the GPU is done. Empty if measurement is off, or on a second call.
+    /// Returns the GPU time of each pass of the last record, in the order in which the passes began. Submit the
+    /// record's encoder first; the call waits until the GPU is done. Empty if measurement is off, or on a second call
+    /// for the same record.
     pub fn gpu_times(&mut self) -> Vec<GpuTime> {
         self.gpu_times.take(&self.preparation.device, &self.queue)
     }
@@ -392,17 +403,17 @@ impl Executor {
         self.times.preparation
     }
 
-    /// Records a frame into an encoder. Several records in one submission do not disturb one another.
+    /// Records a frame into an encoder. Several records in one submission are independent of one another.
     ///
-    /// Each record is a frame of its own to histories: what one writes to `color`, the next one reads as `color@-1`,
-    /// also within one submission. Encoders have to be submitted in the order of their records.
+    /// For histories, each record is a frame of its own: the next record reads the current contents of `color` as
+    /// `color@-1`, even within one submission. Submit encoders in the order of their records.
     ///
     /// # Errors
-    /// Live parameters that do not go together; imports that are missing or not as planned; toggles that the pipeline
-    /// does not have; a draw source that is missing, or stores meshes otherwise than the plan was instantiated for;
-    /// blackboard data that a CPU pass did not declare; textures of another device; errors of the device. Nothing is
-    /// recorded then, and the next frame is possible. Draws of the host that fail or panic are an error, too; what else
-    /// is in the frame is recorded.
+    /// Live parameters that are invalid in combination; imports that are missing or not as planned; toggles that the
+    /// pipeline does not have; a draw source that is missing, or whose mesh layouts differ from those that the plan was
+    /// instantiated with; blackboard data that a CPU pass did not declare; textures of another device; errors of the
+    /// device. Nothing is recorded then, and the next frame is possible. Draws of the host that fail or panic are an
+    /// error, too, but the rest of the frame is recorded.
     pub fn record(&mut self, encoder: &mut wgpu::CommandEncoder, frame: &Frame<'_>) -> Result<(), Error> {
         self.try_record(encoder, frame).map_err(|found| self.error(found))
     }
@@ -447,7 +458,7 @@ impl Executor {
         reject(failures)
     }
 
-    /// Creates the objects that the record needs, and uploads its blocks.
+    /// Creates the device objects that the record needs, and uploads its uniform and storage blocks.
     fn prepare(&mut self, encoder: &wgpu::CommandEncoder, frame: &Frame<'_>) -> Result<(), Diagnostics> {
         self.records += 1;
         let mut creation = Creation::new(&self.preparation.device, &mut self.statistics);

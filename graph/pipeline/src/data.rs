@@ -18,7 +18,7 @@ use glam::{DMat4, Mat4, Vec3, Vec4};
 
 use umbragraph_text::diagnostic::Diagnostics;
 
-/// The component type of a value.
+/// The component type of a value that shaders read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Component {
@@ -40,7 +40,7 @@ impl std::fmt::Display for Component {
     }
 }
 
-/// The type of a published value: a scalar, vector or matrix, or an array of one of these.
+/// The type of a value that blackboard data publishes: a scalar, vector or matrix, or an array of one of these.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize)]
 pub struct ValueType {
     /// The type of each component.
@@ -83,7 +83,7 @@ impl ValueType {
         (self.rows * self.columns) as usize
     }
 
-    /// The number of 32-bit words of the whole value, without padding.
+    /// The number of 32-bit words of all elements, without padding.
     pub fn words(self) -> usize {
         self.element_words() * self.count.unwrap_or(1) as usize
     }
@@ -104,7 +104,7 @@ impl std::fmt::Display for ValueType {
     }
 }
 
-/// A named value of a blackboard data resource.
+/// A named value that blackboard data publishes to shaders.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct Published {
     /// The name by which shaders find the value; `array.member` for a member of a struct in an array.
@@ -116,7 +116,7 @@ pub struct Published {
     pub description: &'static str,
 }
 
-/// The shape of a blackboard data resource: its published values, sizes and views.
+/// The shape of blackboard data, which a CPU pass publishes for other passes: its values, sizes and views.
 #[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct DataShape {
     /// The published values in the order in which they were declared.
@@ -125,9 +125,10 @@ pub struct DataShape {
     pub max_views: u32,
     /// The minimum number of layers of an array texture whose layers the views are drawn into.
     pub view_layers: u32,
-    /// The width and height in texels of the textures that the views are made for; `None` if any size will do.
+    /// The width and height, in texels, of the textures that the views are drawn into; `None` if any size will do.
     pub view_extent: Option<[u32; 2]>,
-    /// The published sizes by name, each with the initial value that the first plan is made for.
+    /// The published sizes, such as the side of an atlas in texels. Each has a name and the initial value for the first
+    /// plan.
     pub sizes: Vec<(String, u32)>,
 }
 
@@ -137,7 +138,7 @@ impl DataShape {
         Self::default()
     }
 
-    /// Adds a published value; `description` says what the value is, and its unit.
+    /// Adds a published value. `description` describes the value and its unit for the reference documentation.
     #[must_use]
     pub fn value(mut self, name: &str, value_type: ValueType, description: &'static str) -> Self {
         self.values.push(Published { name: name.to_owned(), value_type, description });
@@ -158,13 +159,13 @@ impl DataShape {
         Self { view_layers, ..self }
     }
 
-    /// Sets the width and height in texels of the textures that the views are made for.
+    /// Sets the width and height, in texels, of the textures that the views are drawn into.
     #[must_use]
     pub fn view_extent(self, extent: [u32; 2]) -> Self {
         Self { view_extent: Some(extent), ..self }
     }
 
-    /// Adds a published size; `initial` is the value that the first plan is made for.
+    /// Adds a published size. `initial` is the value that the first plan is made for.
     #[must_use]
     pub fn size(mut self, name: &str, initial: u32) -> Self {
         self.sizes.push((name.to_owned(), initial));
@@ -177,7 +178,7 @@ impl DataShape {
     }
 }
 
-/// A point of view from which draws are made.
+/// A camera or light view from which draws are made, with its target layer and viewport.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct View {
@@ -193,7 +194,8 @@ pub struct View {
     pub reverse: bool,
     /// The layer of the attachments that the view draws into.
     pub layer: u32,
-    /// The texels that the view draws into: x, y, width, height from the top left; `None` for the whole attachment.
+    /// The rectangle that the view draws into, in texels from the top left: x, y, width, height. `None` for the whole
+    /// attachment.
     pub viewport: Option<[u32; 4]>,
 }
 
@@ -213,12 +215,12 @@ impl View {
         reverse: bool,
         /// Sets the layer of the view.
         layer: u32,
-        /// Sets the rectangle of texels that the view draws into (x, y, width, height); `None` for the whole
+        /// Sets the rectangle that the view draws into, in texels (x, y, width, height); `None` for the whole
         /// attachment.
         viewport: Option<[u32; 4]>,
     }
 
-    /// The shape of the uniform block `view`, which every draw of a view can read.
+    /// The members of the uniform block `view`, which every draw of a view can read.
     pub fn shape() -> DataShape {
         DataShape::new()
             .value("clip_from_world", ValueType::MAT4, "world to clip space, depth 0..1 (1..0 reversed)")
@@ -232,7 +234,7 @@ impl View {
             .value("layer", ValueType::U32, "the layer of the attachments that it draws into")
     }
 
-    /// Writes the values of [`View::shape`] into `data`.
+    /// Writes the view's matrices, position, direction and layer into `data`, which has the shape [`View::shape`].
     pub fn publish(&self, data: &mut BlackboardData) {
         data.set_matrix("clip_from_world", &self.clip_from_world);
         data.set_matrix("view_from_world", &self.view_from_world);
@@ -242,16 +244,19 @@ impl View {
     }
 }
 
-/// The data that a CPU node publishes for one frame. Its memory is reused from frame to frame.
+/// The blackboard data of a CPU node for one frame: values for shaders, sizes and views. Its memory is reused from
+/// frame to frame.
 #[derive(Clone, Debug)]
 pub struct BlackboardData {
     shape: DataShape,
     offsets: Vec<usize>,
     words: Vec<u32>,
     views: Vec<View>,
-    /// For each view, the maximum number of frames that changed meshes wait in a pass that keeps the view's texels.
+    /// For each view, the number of frames that changed meshes may wait for a redraw, in a pass that keeps the view's
+    /// texels.
     cadences: Vec<u32>,
-    /// The planned and the wanted value of each published size, in the order of `shape.sizes`.
+    /// The value that the plan was made for and the wanted value, for each published size in the order of
+    /// `shape.sizes`.
     sizes: Vec<(u32, u32)>,
     rejected: Option<String>,
     notices: Diagnostics,
@@ -284,12 +289,12 @@ impl BlackboardData {
         }
     }
 
-    /// The shape of the data.
+    /// The shape of the data: its declared values, sizes and views.
     pub fn shape(&self) -> &DataShape {
         &self.shape
     }
 
-    /// The views of this frame.
+    /// The views that were added in this frame.
     pub fn views(&self) -> &[View] {
         &self.views
     }
@@ -313,18 +318,20 @@ impl BlackboardData {
         &self.read_lights
     }
 
-    /// For each view, the maximum number of frames that changed meshes wait in a pass that keeps the view's texels.
+    /// For each view, the number of frames that changed meshes may wait for a redraw, in a pass that keeps the view's
+    /// texels.
     pub fn cadences(&self) -> &[u32] {
         &self.cadences
     }
 
-    /// Adds a view. A view beyond the declared maximum is dropped, and [`BlackboardData::rejected`] then returns a
-    /// message.
+    /// Adds a view of this frame. A view beyond the declared maximum is dropped, and [`BlackboardData::rejected`] then
+    /// returns a message.
     pub fn push_view(&mut self, view: View) {
         self.push_view_every(view, 1);
     }
 
-    /// Adds a view. In a pass that keeps the view's texels, changed draws may wait for up to `cadence` frames.
+    /// Adds a view of this frame. In a pass that keeps the view's texels, changed draws may wait for up to `cadence`
+    /// frames.
     pub fn push_view_every(&mut self, view: View, cadence: u32) {
         if self.views.len() < self.shape.max_views as usize {
             self.views.push(view);
@@ -334,7 +341,7 @@ impl BlackboardData {
         }
     }
 
-    /// The latest reason why a value, size or view did not fit the declared shape; `None` if all did.
+    /// The latest reason for which a value, size or view did not fit the declared shape; `None` if all of them fit.
     pub fn rejected(&self) -> Option<&str> {
         self.rejected.as_deref()
     }
@@ -371,17 +378,18 @@ impl BlackboardData {
         self.shape.sizes.iter().position(|(known, _)| known == name)
     }
 
-    /// The notices of the node that publishes the data: limits that were reached, and omissions with their reasons.
+    /// Diagnostics of the CPU node that publishes the data: limits that were reached, and omissions with their reasons.
     pub fn notices(&self) -> &Diagnostics {
         &self.notices
     }
 
-    /// Replaces the node's notices. They stay from frame to frame, so a node sets them only when they change.
+    /// Replaces the diagnostics of the CPU node. They are kept from frame to frame, so a node sets them only when they
+    /// change.
     pub fn set_notices(&mut self, notices: Diagnostics) {
         self.notices = notices;
     }
 
-    /// The 32-bit words of a value, or `None` if no value has this name.
+    /// The 32-bit words of the value `name`; `None` if no value has this name.
     pub fn words(&self, name: &str) -> Option<&[u32]> {
         self.shape.find(name).and_then(|at| self.words_at(at))
     }
@@ -417,32 +425,32 @@ impl BlackboardData {
         self.set_words(name, values.into_iter().map(f32::to_bits));
     }
 
-    /// Sets an `f32`.
+    /// Sets an `f32` value by name.
     pub fn set_f32(&mut self, name: &str, value: f32) {
         self.set_f32s(name, [value]);
     }
 
-    /// Sets a `u32`.
+    /// Sets a `u32` value by name.
     pub fn set_u32(&mut self, name: &str, value: u32) {
         self.set_words(name, [value]);
     }
 
-    /// Sets a `vec3<f32>`.
+    /// Sets a `vec3<f32>` value by name.
     pub fn set_vec3(&mut self, name: &str, value: Vec3) {
         self.set_f32s(name, value.to_array());
     }
 
-    /// Sets an array of `vec4<f32>`.
+    /// Sets a value that is an array of `vec4<f32>`, by name.
     pub fn set_vec4s(&mut self, name: &str, values: impl IntoIterator<Item = Vec4>) {
         self.set_f32s(name, values.into_iter().flat_map(|value| value.to_array()));
     }
 
-    /// Sets a `mat4x4<f32>`, rounded from `f64`.
+    /// Sets a `mat4x4<f32>` value by name; the elements are rounded from `f64`.
     pub fn set_matrix(&mut self, name: &str, value: &DMat4) {
         self.set_matrices(name, [*value]);
     }
 
-    /// Sets an array of `mat4x4<f32>`, rounded from `f64`.
+    /// Sets a value that is an array of `mat4x4<f32>`, by name; the elements are rounded from `f64`.
     pub fn set_matrices(&mut self, name: &str, values: impl IntoIterator<Item = DMat4>) {
         self.set_f32s(name, values.into_iter().flat_map(|value| Mat4::to_cols_array(&value.as_mat4())));
     }

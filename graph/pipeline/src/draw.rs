@@ -58,10 +58,11 @@ pub struct HostInterface {
     pub property_sets: Vec<PropertySet>,
     /// The draw filters that the host distinguishes; passes name them under `mesh_filter`.
     pub filters: HostFilters,
-    /// The layout of bind group 2 if the host makes these bind groups itself, else `None`. Bindings are then matched by
-    /// number, and `material` needs to list only blocks whose members are to be compared.
+    /// The layout of bind group 2 if the host creates the bind groups of materials itself, else `None`. Bindings are
+    /// then matched by number, and `material` needs to list only blocks whose members are to be compared.
     pub material_layout: Option<Vec<BindGroupLayoutEntry>>,
-    /// The layout of bind group 3 if the host makes these bind groups itself, else `None`; see `material_layout`.
+    /// The layout of bind group 3 if the host creates the bind groups of objects itself, else `None`; see
+    /// `material_layout`.
     pub object_layout: Option<Vec<BindGroupLayoutEntry>>,
 }
 
@@ -69,7 +70,7 @@ pub struct HostInterface {
 /// A host that ignored the filter would draw all of them in each pass, so it must declare its filters.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum HostFilters {
-    /// No filters are declared: an error if a pipeline draws meshes of the host.
+    /// No filters are declared, which is an error if a pipeline draws the host's meshes.
     #[default]
     Unstated,
     /// Every filter name is allowed.
@@ -147,28 +148,27 @@ impl HostInterface {
         self
     }
 
-    /// Sets the layout of the host's own bind groups for materials.
+    /// Sets the layout of the bind groups of materials, for a host that creates these bind groups itself.
     #[must_use]
     pub fn material_layout(mut self, entries: impl Into<Vec<BindGroupLayoutEntry>>) -> Self {
         self.material_layout = Some(entries.into());
         self
     }
 
-    /// Sets the layout of the host's own bind groups for objects.
+    /// Sets the layout of the bind groups of objects, for a host that creates these bind groups itself.
     #[must_use]
     pub fn object_layout(mut self, entries: impl Into<Vec<BindGroupLayoutEntry>>) -> Self {
         self.object_layout = Some(entries.into());
         self
     }
 
-    /// The vertex buffers of meshes with this set of properties: those of the set if it has its own, else
-    /// `vertex_buffers`.
+    /// The vertex buffers of meshes with this set of properties: their own buffers, or else `vertex_buffers`.
     pub fn buffers(&self, set: PropertySet) -> &[HostVertexBuffer] {
         let own = self.vertex_buffers_of.iter().find(|(known, _)| *known == set);
         own.map_or(&self.vertex_buffers, |(_, buffers)| buffers)
     }
 
-    /// The layout of bind group 2 or 3 if the host makes these bind groups itself, else `None`.
+    /// The layout of bind group 2 or 3 if the host creates these bind groups itself; `None` otherwise.
     pub fn own_layout(&self, group: u32) -> Option<&[BindGroupLayoutEntry]> {
         match group {
             MATERIAL_GROUP => self.material_layout.as_deref(),
@@ -177,14 +177,14 @@ impl HostInterface {
         }
     }
 
-    /// Returns `true` if a binding of bind group 3 is a block, which a dynamic offset moves from object to object. A
-    /// name that the host does not have counts as a block.
+    /// Returns `true` if a binding of bind group 3 is a uniform block, which a dynamic offset moves from object to
+    /// object. A name that the host does not have counts as such a block.
     pub fn is_moved(&self, name: &str) -> bool {
         let slot = self.object.iter().find(|slot| slot.name == name);
         slot.is_none_or(|slot| matches!(slot.kind, HostResourceKind::Block { .. }))
     }
 
-    /// The names of the properties in a set.
+    /// The names of the mesh properties in a set.
     pub fn property_names(&self, set: PropertySet) -> Vec<&str> {
         let in_set = |at: usize| at < 32 && set.0 & (1 << at) != 0;
         self.properties
@@ -195,9 +195,9 @@ impl HostInterface {
             .collect()
     }
 
-    /// Returns messages about misplaced vertex attributes. WebGPU requires each attribute to lie within the stride of
-    /// its buffer. Strides and offsets are multiples of 4 bytes; the offset of a smaller attribute is a multiple of its
-    /// size.
+    /// Returns messages about vertex attributes at invalid offsets. WebGPU requires each attribute to lie within the
+    /// stride of its buffer. Strides and offsets are multiples of 4 bytes; the offset of a smaller attribute is a
+    /// multiple of its size.
     pub(super) fn misplaced_attributes(&self) -> Vec<String> {
         let own = self.vertex_buffers_of.iter().flat_map(|(_, buffers)| buffers);
         let mut messages = Vec::new();
@@ -228,13 +228,13 @@ impl HostInterface {
     }
 }
 
-/// A vertex buffer of the host.
+/// The layout of one of the host's vertex buffers.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct HostVertexBuffer {
-    /// Bytes from one element to the next.
+    /// The distance from one element to the next, in bytes.
     pub stride: u64,
-    /// Whether elements belong to vertices or to instances.
+    /// Whether the buffer has one element for each vertex or for each instance.
     pub step: VertexStepMode,
     /// The vertex attributes of an element.
     pub attributes: Vec<HostAttribute>,
@@ -263,19 +263,19 @@ impl HostVertexBuffer {
 pub struct HostAttribute {
     /// The name of the attribute in shaders.
     pub name: String,
-    /// The vertex format.
+    /// The vertex format of the attribute, such as `float32x3`.
     pub format: VertexFormat,
-    /// The byte offset in an element of the buffer.
+    /// The offset of the attribute within an element of the buffer, in bytes.
     pub offset: u64,
 }
 
-/// A binding of bind group 2 or 3 that the host provides.
+/// A binding of bind group 2 (material) or 3 (object) that the host provides.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct HostResource {
     /// The name of the binding in shaders.
     pub name: String,
-    /// The kind of the binding.
+    /// The kind of the binding: texture, sampler, block or array.
     pub kind: HostResourceKind,
 }
 
@@ -310,25 +310,25 @@ impl HostResource {
     }
 }
 
-/// The kind of a binding of the host.
+/// The kind of a binding that the host provides, with its layout in memory.
 #[derive(Clone, Debug, PartialEq)]
 pub enum HostResourceKind {
     /// A texture or a sampler, by its WGSL type (`texture_2d<f32>`, `sampler`).
     Opaque(String),
-    /// A uniform block in a buffer.
+    /// A uniform block in a buffer of the host.
     Block {
-        /// The members with their types and byte offsets.
+        /// The members of the block, with their types and byte offsets.
         members: Vec<HostMember>,
         /// The size of one block in bytes.
         size: u32,
-        /// Bytes from one object's block to the next; a multiple of 256. 0 for a material's block.
+        /// The distance from one object's block to the next, in bytes; a multiple of 256, or 0 for a material's block.
         stride: u32,
     },
     /// An array of structs in a storage buffer; its length follows from the size of the buffer.
     Array {
         /// The members of an element with their types and byte offsets.
         members: Vec<HostMember>,
-        /// Bytes from one element to the next.
+        /// The distance from one element to the next, in bytes.
         stride: u32,
     },
 }
@@ -339,9 +339,9 @@ pub enum HostResourceKind {
 pub struct HostMember {
     /// The name of the member in shaders.
     pub name: String,
-    /// The type of the member.
+    /// The type of the member in shaders.
     pub value_type: ValueType,
-    /// The byte offset in the block or element.
+    /// The offset within the block or element, in bytes.
     pub offset: u32,
     /// The size in bytes, including padding between columns or elements.
     pub size: u32,

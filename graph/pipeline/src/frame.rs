@@ -17,7 +17,7 @@ use glam::{DMat3, DMat4, DQuat, DVec2, DVec3, Vec3};
 
 pub use crate::projection::Projection;
 
-/// The point of view of a frame.
+/// The camera of a frame: position, rotation and projection.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Camera {
@@ -27,7 +27,7 @@ pub struct Camera {
     pub rotation: DQuat,
     /// The projection from view space to clip space.
     pub projection: Projection,
-    /// Width over height of the picture.
+    /// The width of the picture divided by its height.
     pub aspect: f64,
 }
 
@@ -45,9 +45,9 @@ impl Camera {
     }
 
     umbragraph_text::setters! {
-        /// Sets the rotation, of unit length.
+        /// Sets the rotation from camera space to world space, of unit length.
         rotation: DQuat,
-        /// Sets the projection.
+        /// Sets the projection from view space to clip space.
         projection: Projection,
     }
 
@@ -82,14 +82,15 @@ impl Camera {
         }
     }
 
-    /// Sets the offset of this frame's picture in clip space, where 2 is the full width or height.
+    /// Sets the offset of this frame's picture in clip space, for effects that accumulate samples over frames. The
+    /// picture is 2 wide and high in clip space.
     #[must_use]
     pub fn jittered(self, by: [f64; 2]) -> Self {
         let clip_from_view = self.clip(false);
         Self { projection: Projection::Matrix { clip_from_view, jitter: by.into() }, ..self }
     }
 
-    /// The transform from world to view space.
+    /// The transform from world space to view space.
     pub fn view(&self) -> DMat4 {
         DMat4::from_rotation_translation(self.rotation, self.position).inverse()
     }
@@ -112,7 +113,7 @@ impl Camera {
         corners.map(|corner| self.position + self.rotation * corner.extend(-depth))
     }
 
-    /// Returns the reason why no pass can use this camera, or `None` if it is valid.
+    /// Returns the reason for which the camera is invalid, or `None` if it is valid.
     pub fn check(&self) -> Option<&'static str> {
         if !(self.position.is_finite() && self.rotation.is_finite()) {
             return Some("it has a value that is not finite");
@@ -143,17 +144,17 @@ pub enum LightKind {
     },
 }
 
-/// A light of a frame.
+/// A light source in one frame.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Light {
-    /// The name of the light in passes and reports. A static string needs no allocation.
+    /// The name of the light, by which passes and reports refer to it. A static string needs no allocation.
     pub name: Cow<'static, str>,
     /// The kind of the light: directional, point or spot.
     pub kind: LightKind,
     /// The position, in world metres; meaningless for a directional light.
     pub position: DVec3,
-    /// The unit direction in which the light travels; meaningless for a point light.
+    /// The unit direction in which the light shines; meaningless for a point light.
     pub direction: DVec3,
     /// Linear colour (Rec. 709 primaries).
     pub color: Vec3,
@@ -168,7 +169,7 @@ pub struct Light {
     pub angular_diameter: f32,
     /// The radius of a point or spot light's source, in metres (0: a point).
     pub radius: f32,
-    /// The importance of the light as the host weights it; 1 is neutral.
+    /// The importance that the host gives the light where passes must choose among lights; 1 is neutral.
     pub priority: f32,
 }
 
@@ -196,12 +197,12 @@ impl Light {
         position: DVec3,
         /// Sets the direction in which the light shines, of unit length.
         direction: DVec3,
-        /// Sets the linear color.
+        /// Sets the linear color (Rec. 709 primaries).
         color: Vec3,
     }
 
     umbragraph_text::setters! {
-        /// Sets the intensity in lux (directional) or candela.
+        /// Sets the intensity: in lux for a directional light, in candela for others.
         intensity: f32,
         /// Sets the distance beyond which the light has no effect, in metres.
         range: f32,
@@ -219,7 +220,7 @@ impl Light {
         angular_diameter: f32,
         /// Sets the radius of the source of a point light or spot, in metres.
         radius: f32,
-        /// Sets the importance of the light as the host weights it; 1 is neutral.
+        /// Sets the importance that the host gives the light; 1 is neutral.
         priority: f32,
     }
 
@@ -245,12 +246,12 @@ impl Light {
         Self::new(name, LightKind::Point).position(position).color(color).intensity(intensity)
     }
 
-    /// Returns `true` if the light has this property.
+    /// Returns `true` if the light has this property, a word by which passes choose lights.
     pub fn has(&self, property: &str) -> bool {
         self.properties.iter().any(|known| known == property)
     }
 
-    /// Returns the reason why no pass can use this light, or `None` if it is valid.
+    /// Returns the reason for which the light is invalid, or `None` if it is valid.
     pub fn check(&self) -> Option<&'static str> {
         if !(self.position.is_finite()
             && self.direction.is_finite()
@@ -290,7 +291,7 @@ impl Bounds {
         Self { min: min.into(), max: max.into() }
     }
 
-    /// The empty box; extending it by a point gives the box of that point alone.
+    /// The empty box. Extended by a point, it becomes the box that contains only this point.
     pub const EMPTY: Self = Self { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY };
 
     /// Returns `true` if the box contains no point, or has a coordinate that is not finite.
@@ -298,13 +299,13 @@ impl Bounds {
         !(self.min.is_finite() && self.max.is_finite() && self.min.cmple(self.max).all())
     }
 
-    /// The smallest box that contains this box and the point.
+    /// Returns the smallest box that contains this box and the point.
     #[must_use]
     pub fn with(self, point: DVec3) -> Self {
         Self { min: self.min.min(point), max: self.max.max(point) }
     }
 
-    /// The smallest box that contains this box and `other`.
+    /// Returns the smallest box that contains this box and `other`.
     #[must_use]
     pub fn union(self, other: Self) -> Self {
         Self { min: self.min.min(other.min), max: self.max.max(other.max) }
@@ -321,7 +322,7 @@ impl Bounds {
         })
     }
 
-    /// The axis-aligned box around this box after a transform.
+    /// Returns the axis-aligned box around the transformed corners of this box.
     #[must_use]
     pub fn transformed(&self, transform: &DMat4) -> Self {
         if self.is_empty() {
@@ -332,12 +333,12 @@ impl Bounds {
             .fold(Self::EMPTY, |bounds, corner| bounds.with(transform.transform_point3(corner)))
     }
 
-    /// The centre of the box.
+    /// The centre of the box, in world metres.
     pub fn center(&self) -> DVec3 {
         (self.min + self.max) * 0.5
     }
 
-    /// Half the diagonal, in metres; 0 for an empty box.
+    /// Half the diagonal of the box, in metres; 0 for an empty box.
     pub fn radius(&self) -> f64 {
         if self.is_empty() { 0.0 } else { (self.max - self.min).length() * 0.5 }
     }
@@ -351,10 +352,10 @@ pub struct FrameInput {
     pub camera: Camera,
     /// The lights in any order; passes use the order only to break ties.
     pub lights: Vec<Light>,
-    /// The box around everything that is drawn.
+    /// The box, in world metres, around everything that is drawn.
     pub scene_bounds: Bounds,
-    /// The boxes around the meshes that each draw filter lets through, by filter name. Filters without an entry use
-    /// `scene_bounds`.
+    /// The boxes around the meshes that pass each draw filter, by filter name, in world metres. Filters without an
+    /// entry use `scene_bounds`.
     pub filter_bounds: Vec<(Cow<'static, str>, Bounds)>,
     /// The time in seconds since an arbitrary start, for animation.
     pub time: f64,
@@ -363,7 +364,7 @@ pub struct FrameInput {
 }
 
 impl FrameInput {
-    /// Creates a frame at time 0 without lights and bounds.
+    /// Creates the input of a frame at time 0, without lights and bounds.
     pub fn new(camera: Camera) -> Self {
         Self {
             camera,
@@ -376,15 +377,15 @@ impl FrameInput {
     }
 
     umbragraph_text::setters! {
-        /// Sets the camera.
+        /// Sets the camera of the frame.
         camera: Camera,
-        /// Replaces the lights.
+        /// Replaces the lights of the frame.
         lights: Vec<Light>,
-        /// Sets the box around everything that is drawn.
+        /// Sets the box, in world metres, around everything that is drawn.
         scene_bounds: Bounds,
     }
 
-    /// Adds the box around the meshes that a draw filter lets through.
+    /// Adds the box, in world metres, around the meshes that pass a draw filter.
     #[must_use]
     pub fn filter_bounds(mut self, filter: impl Into<Cow<'static, str>>, bounds: Bounds) -> Self {
         self.filter_bounds.push((filter.into(), bounds));
@@ -392,13 +393,13 @@ impl FrameInput {
     }
 
     umbragraph_text::setters! {
-        /// Sets the time in seconds.
+        /// Sets the time in seconds since an arbitrary start.
         time: f64,
-        /// Sets the number of the frame.
+        /// Sets the number of the frame, which passes use for values that alternate between frames.
         index: u64,
     }
 
-    /// The box around the meshes that a draw filter lets through; `scene_bounds` if the host gave none for it.
+    /// The box around the meshes that pass a draw filter; `scene_bounds` if the host gave none for the filter.
     pub fn bounds_of(&self, filter: &str) -> &Bounds {
         let known = self.filter_bounds.iter().find(|(known, _)| known == filter);
         known.map_or(&self.scene_bounds, |(_, bounds)| bounds)

@@ -81,44 +81,46 @@ use crate::draw::HostInterface;
 use crate::pipeline::builder::{PassBuilder, Produced};
 use umbragraph_text::document;
 
-/// A node kind, implemented by the type of its settings: one kind of pass that pipelines can name.
+/// A node kind: a kind of pass that pipelines can name by a JSON key. The implementing type holds the settings of a
+/// pass.
 pub trait Node: DeserializeOwned + JsonSchema + 'static {
-    /// The JSON key that names the kind in a pass.
+    /// The JSON key by which a pass in a document names the kind.
     const NAME: &'static str;
-    /// The purpose of the kind in one sentence, for the JSON Schema and the reference.
+    /// The purpose of the kind in one sentence, for the JSON Schema and the reference documentation.
     const SUMMARY: &'static str;
 
-    /// Declares the resources and the work of a pass with these settings. Reports diagnostics to the builder; returns
-    /// `None` after at least one. A pass of a subgraph is declared once for each use of the subgraph, with the same
+    /// Declares the resources and the work of a pass with these settings. Returns `None` after it reported at least one
+    /// diagnostic to the builder. A pass of a subgraph is declared once for each use of the subgraph, with the same
     /// settings.
     fn declare(&self, pass: &mut PassBuilder<'_>) -> Option<Produced>;
 
-    /// The blackboard data that passes of this kind publish, for the reference: one shape for each way of using the
-    /// kind, after the name of that way. Array lengths that depend on settings may be arbitrary here.
+    /// The blackboard data that passes of this kind publish, for the reference documentation. Each way of using the
+    /// kind has a name and a shape. Array lengths that depend on settings may be arbitrary here.
     fn published() -> Vec<(&'static str, DataShape)> {
         Vec::new()
     }
 }
 
-/// A type-erased node kind. [`Registry::register`] makes one of any [`Node`]. [`Registry::register_kind`] takes an
-/// object that may hold values of its own.
+/// A node kind whose settings type is erased. [`Registry::register`] creates one from any [`Node`];
+/// [`Registry::register_kind`] takes an object that may hold values of its own.
 pub trait NodeKind: Send + Sync {
-    /// The JSON key that names the kind in a pass.
+    /// The JSON key by which a pass in a document names the kind.
     fn name(&self) -> &'static str;
-    /// The purpose of the kind in one sentence, for the JSON Schema and the reference.
+    /// The purpose of the kind in one sentence, for the JSON Schema and the reference documentation.
     fn summary(&self) -> &'static str;
     /// The JSON Schema of the kind's settings.
     fn schema(&self, generator: &mut SchemaGenerator) -> Schema;
-    /// Decodes settings that fit the kind's JSON Schema.
+    /// Decodes settings that are valid according to the kind's JSON Schema.
     ///
     /// # Errors
     /// Returns an error for settings that fit the schema, but not the settings type of the kind.
     fn decode(&self, settings: &document::Value) -> Result<Box<dyn Settings>, serde_json::Error>;
-    /// The blackboard data that passes of this kind publish; see [`Node::published`].
+    /// The blackboard data that passes of this kind publish, by the name of each way of using the kind; see
+    /// [`Node::published`].
     fn published(&self) -> Vec<(&'static str, DataShape)>;
 }
 
-/// The decoded settings of one pass, with the type of its node kind erased.
+/// The decoded settings of one pass, whose type is erased.
 pub trait Settings {
     /// Declares a pass with these settings; returns `None` after a diagnostic. See [`Node::declare`].
     fn declare(&self, pass: &mut PassBuilder<'_>) -> Option<Produced>;
@@ -160,7 +162,7 @@ impl<N: Node> NodeKind for Typed<N> {
 pub struct Registry {
     kinds: BTreeMap<&'static str, Arc<dyn NodeKind>>,
     hosts: BTreeMap<String, HostInterface>,
-    /// The JSON Schema of pipelines with these kinds, made on first use and reset when a kind is added.
+    /// The JSON Schema of pipelines with these kinds; made on first use, and reset when a kind is added.
     schema: OnceLock<Arc<document::schema::Schema>>,
 }
 
@@ -190,15 +192,15 @@ impl Registry {
         self.kinds.get(name)
     }
 
-    /// Registers how the host stores the meshes that pipelines draw under the geometry contract `geometry`. Each load
-    /// of a pipeline compares this storage with every shader that reads it, without a device, and an executor relies on
-    /// it. It has no effect on geometry contracts of other names.
+    /// Registers the layout in which the host stores the meshes that pipelines draw under the geometry contract
+    /// `geometry`. Each load of a pipeline compares this layout with every shader that reads the meshes, without a
+    /// device. Executors rely on the layout. It has no effect on geometry contracts of other names.
     pub fn host(&mut self, geometry: impl Into<String>, interface: HostInterface) -> &mut Self {
         self.hosts.insert(geometry.into(), interface);
         self
     }
 
-    /// The registered mesh storage of hosts, by the name of the geometry contract that each fulfils.
+    /// The layouts of the hosts' mesh storage, by the name of the geometry contract that each fulfils.
     pub fn hosts(&self) -> &BTreeMap<String, HostInterface> {
         &self.hosts
     }

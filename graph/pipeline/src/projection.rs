@@ -19,7 +19,8 @@ pub enum Projection {
         vertical_fov: f64,
         /// The distance of the near plane, in metres, above 0.
         near: f64,
-        /// The distance of the far plane, in metres, beyond the near plane; infinite where there is none.
+        /// The distance of the far plane, in metres, beyond the near plane; infinite for a projection without a far
+        /// plane.
         far: f64,
     },
     /// An orthographic projection.
@@ -152,7 +153,7 @@ impl Projection {
         }
     }
 
-    /// Returns the reason why no pass can use this projection, or `None` if it is valid.
+    /// Returns the reason for which the projection is invalid, or `None` if it is valid.
     pub(super) fn check(self) -> Option<&'static str> {
         if let Projection::Matrix { clip_from_view, jitter } = self {
             let DVec4 { x, y, z, w } = clip_from_view.transpose().w_axis;
@@ -190,14 +191,15 @@ impl Projection {
     }
 }
 
-/// The distance along the view axis, in metres, at which the projection yields a depth; infinite if there is none.
+/// The distance along the view axis, in metres, at which the projection yields this depth; infinite if no distance
+/// does.
 fn distance_of(clip_from_view: &DMat4, depth: f64) -> f64 {
     let rows = clip_from_view.transpose();
     let along = depth * rows.w_axis - rows.z_axis;
     if along.z == 0.0 { f64::INFINITY } else { along.w / along.z }
 }
 
-/// Returns `true` if depth falls with distance.
+/// Returns `true` if the projection's depth falls with distance (reversed depth).
 fn is_reverse(clip_from_view: &DMat4) -> bool {
     let depth = |distance: f64| {
         let clip = clip_from_view * DVec4::new(0.0, 0.0, -distance, 1.0);

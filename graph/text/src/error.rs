@@ -23,7 +23,7 @@ impl Error {
         Self(Box::new(Found { diagnostics, sources: sources.clone() }))
     }
 
-    /// The diagnostics of the failed operation.
+    /// The diagnostics that describe the failure.
     pub fn diagnostics(&self) -> &Diagnostics {
         &self.0.diagnostics
     }

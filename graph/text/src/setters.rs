@@ -1,6 +1,6 @@
 //! Methods that set one field of a value.
 
-/// Declares builder methods named after fields. Each takes `self` and returns it with that field replaced.
+/// Declares builder methods named after fields. Each method takes `self` and returns it with the field replaced.
 ///
 /// ```
 /// #[derive(Default)]

@@ -42,7 +42,7 @@ impl Span {
         Self { file: FileId(u32::MAX), start: number, end: number }
     }
 
-    /// The number passed to [`Self::of_host`]; `None` for a span in a source text.
+    /// The number passed to [`Self::of_host`]; `None` for a span of a source text.
     pub fn host_number(self) -> Option<u32> {
         (self.file == FileId(u32::MAX)).then_some(self.start)
     }
@@ -55,8 +55,8 @@ impl Span {
         Self { file: self.file, start: at(range.start), end: at(range.end) }
     }
 
-    /// The span of the byte range `range` of `text`, if this span is `text` in quotes. `None` if the source contains
-    /// escapes, so that offsets differ.
+    /// The span of the byte range `range` of the string `text`, if this span covers `text` in quotes. `None` if the
+    /// source contains escapes, so that offsets differ.
     pub fn of_quoted(self, text: &str, range: Range<usize>) -> Option<Self> {
         let is_verbatim = self.range().len() == text.len() + 2 && range.end <= text.len();
         is_verbatim.then(|| self.inside(range.start + 1..range.end + 1))

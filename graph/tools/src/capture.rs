@@ -35,8 +35,8 @@ pub struct CaptureDocument {
     /// The name of the imported texture that receives each capture, in the order of the captures. The texture has the
     /// captured format, the size of the captured mip level and all layers.
     pub imports: Vec<String>,
-    /// For each capture, the pass that overwrites the contents in the plan without captures; `None` if no pass does. It
-    /// writes a later version, or another resource in the same memory.
+    /// For each capture, the pass that overwrites the contents in the plan without captures; `None` if no pass does.
+    /// The pass writes a later version of the texture, or another resource in the same memory.
     pub overwritten: Vec<Option<String>>,
 }
 

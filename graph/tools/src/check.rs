@@ -29,7 +29,7 @@ impl CheckReport {
     ///
     /// # Errors
     ///
-    /// Returns the diagnostics of the plan; only warnings if there is no graph to plan.
+    /// Returns the diagnostics of the plan; no diagnostics if there is no graph to plan.
     pub fn plan_again(&self, options: &PlanOptions, sources: &Sources) -> Result<Plan, Diagnostics> {
         let mut diagnostics = Diagnostics::new();
         let (Some(pipeline), Some(graph)) = (&self.pipeline, &self.graph) else { return Err(diagnostics) };
@@ -103,7 +103,7 @@ pub fn check_sharing(
     checked
 }
 
-/// Plans a typed pipeline without checking for missing device features.
+/// Takes passes that use missing subresources out of a typed pipeline, then builds its graph and its plan.
 pub(crate) fn compiled(
     mut pipeline: TypedPipeline,
     options: &PlanOptions,

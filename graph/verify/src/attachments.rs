@@ -7,7 +7,7 @@ use umbragraph_compiler::{Plan, PlannedAttachment, PlannedPass, StoreOperation};
 use umbragraph_pipeline::language::Lifetime;
 use umbragraph_pipeline::work::{AttachmentTarget, LoadOperation, RenderWork, ResourceHandle, Work};
 
-/// Checks the attachments, their marks and the groups of passes.
+/// Checks the attachments of the passes, their load and store operations, and the render pass groups.
 pub(crate) fn check(plan: &Plan, violations: &mut Violations) {
     let mut users: HashMap<ResourceHandle, Vec<usize>> = HashMap::new();
     for (at, planned) in plan.passes.iter().enumerate() {
@@ -55,7 +55,8 @@ pub(crate) fn check(plan: &Plan, violations: &mut Violations) {
     check_groups(plan, violations);
 }
 
-/// The declared attachments in order, each with its load operation as a word, and whether it is discarded.
+/// Returns the declared attachments: color, depth, then stencil. Each has its load operation as a word, and `true` if
+/// it is discarded.
 pub(crate) fn declared(render: &RenderWork) -> Vec<(AttachmentTarget, &'static str, bool)> {
     let color = render.color.iter().map(|one| (one.to.target(), word(&one.load), one.discard));
     let depth = render.depth.iter().map(|one| (one.to.target(), word(&one.load), one.discard));
@@ -71,7 +72,7 @@ fn word<T>(load: &LoadOperation<T>) -> &'static str {
     }
 }
 
-/// Whether nothing of an attachment comes into its pass or leaves it.
+/// Returns `true` if no contents of an attachment enter or leave its pass.
 fn stays(
     plan: &Plan,
     planned: &PlannedPass,
@@ -89,8 +90,8 @@ fn stays(
         && users.get(&handle).is_none_or(|list| list.iter().all(|user| *user == at))
 }
 
-/// Passes of one group follow one another, have the same toggle, attach the same, load it, and share nothing else that
-/// one of them writes.
+/// Checks each group of passes that is recorded as one render pass. Its passes are consecutive and have the same toggle
+/// and attachments. All but the first load, and no other resource that one of them writes is shared.
 fn check_groups(plan: &Plan, violations: &mut Violations) {
     let mut before: Option<usize> = None;
     for group in plan.passes.chunk_by(|a, b| a.group == b.group) {

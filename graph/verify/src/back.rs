@@ -17,7 +17,8 @@ use umbragraph_pipeline::language::Lifetime;
 use umbragraph_pipeline::pipeline::Condition;
 use umbragraph_pipeline::work::PassHandle;
 
-/// Adds to a flow the data edges between the accesses of one resource.
+/// Adds the data flow of one resource to `flow`: reads that the reasons of planned passes state, and writes that
+/// outlive the frame.
 pub(crate) fn search(uses: &Uses<'_>, flow: &mut Flow) {
     let (plan, handle, regions) = (uses.plan, uses.handle, uses.regions.count());
     let mut writers: Vec<Vec<usize>> = vec![Vec::new(); regions];
@@ -46,22 +47,22 @@ pub(crate) fn search(uses: &Uses<'_>, flow: &mut Flow) {
 
 struct BackwardSearch<'a> {
     uses: &'a Uses<'a>,
-    /// The conditions of each access.
+    /// The toggle conditions of each access, indexed as `uses.events`.
     conditions: Vec<Vec<Condition>>,
-    /// For each region, the accesses that write it, in plan order.
+    /// For each region, the accesses that write it, in execution order, as indices into `uses.events`.
     writers: Vec<Vec<usize>>,
 }
 
-/// The conditions of the frames of a search.
+/// The toggle conditions that are known to hold on the path of a search.
 struct Known(FxHashSet<Condition>);
 
 impl Known {
-    /// Whether something with these conditions never happens.
+    /// Returns `true` if an access with these conditions cannot happen on the path.
     fn contradicts(&self, conditions: &[Condition]) -> bool {
         conditions.iter().any(|one| self.0.contains(&one.opposite()))
     }
 
-    /// Adds the condition that something does not happen; returns whether such frames exist.
+    /// Assumes that an access with these conditions does not happen; returns `true` if frames without it exist.
     fn pass(&mut self, conditions: &[Condition]) -> bool {
         let open: Vec<&Condition> = conditions.iter().filter(|one| !self.0.contains(one)).collect();
         if let [one] = open[..] {
@@ -72,7 +73,7 @@ impl Known {
 }
 
 impl BackwardSearch<'_> {
-    /// Whether a pass's write reaches a reader in some state.
+    /// Returns `true` if a write of one pass reaches a read of another in some toggle state.
     fn is_seen(&self, writer: PassHandle, reader: PassHandle) -> bool {
         let limit = self.uses.schedule.of(reader);
         let written: HashSet<usize> = self
@@ -111,7 +112,7 @@ impl BackwardSearch<'_> {
         false
     }
 
-    /// The passes whose writes to a region remain at the end of the frame in some state.
+    /// Returns the passes whose writes to a region remain at the end of the frame in some toggle state.
     fn left(&self, region: usize) -> Vec<PassHandle> {
         let mut known = Known(FxHashSet::default());
         let mut left = Vec::new();

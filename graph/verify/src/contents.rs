@@ -5,7 +5,7 @@
 //! the pass that wrote it last, or that it was dropped. Then:
 //!
 //! - a read of the newest version must follow every write of the region by another pass, except writes that `after`
-//!   orders behind the reader;
+//!   orders after the reader;
 //! - a read of a named pass's version must find that pass's result in a region that it writes; a read of the previous
 //!   contents must find nothing of this frame;
 //! - a range that is read must be written in at least one region, and dropped in none;
@@ -13,7 +13,7 @@
 //! - a read of an earlier frame of a history finds that frame's final contents, and nothing of this frame. If a planned
 //!   pass reads earlier frames, this frame's final contents must have all of their writers;
 //! - two writers of a region must be ordered by data, by `after` or by a named version. Exception: the first is the
-//!   only one that does not load, and `after` does not order it behind another. An order found for one resource can
+//!   only one that does not load, and `after` does not order it after another. An order found for one resource can
 //!   explain that of another.
 //!
 //! If passes that use a resource have toggles, its frame is played in every state of those toggles, with the passes and
@@ -31,12 +31,12 @@ use umbragraph_pipeline::language::Lifetime;
 use umbragraph_pipeline::pipeline::{Access, Condition, Usage, Version};
 use umbragraph_pipeline::work::{PassHandle, ResourceHandle, Work};
 
-/// The maximum number of toggles of one resource for which every combination is played.
+/// The maximum number of toggles of one resource for which every combination of states is simulated.
 const MAX_TOGGLES: usize = 6;
-/// About how many regions are gone over to play one resource in some of many states.
+/// The approximate number of region visits spent on one resource with more toggles than `MAX_TOGGLES`.
 const MAX_WORK: usize = 1 << 22;
 
-/// The contents of a region.
+/// The contents of a region at one point of the simulated frame.
 #[derive(Clone, Copy, PartialEq)]
 enum Content {
     Nothing,
@@ -44,7 +44,7 @@ enum Content {
     Dropped(PassHandle),
 }
 
-/// Edges between passes that follow from the document alone, by which writers can be ordered.
+/// The edges of the pass order that follow from the pipeline document alone.
 struct Explained {
     next: HashMap<PassHandle, Vec<PassHandle>>,
 }
@@ -74,7 +74,7 @@ impl Explained {
     }
 }
 
-/// Plays the frame of a plan through.
+/// Simulates the frame of a plan, reports wrong reads, writes and orders, and returns the data flow.
 pub(crate) fn check(plan: &Plan, schedule: &Schedule, violations: &mut Violations) -> Flow {
     let pipeline = &plan.pipeline;
     let mut flow = Flow { feeds: HashSet::new(), lasting: BTreeSet::new(), carried: HashMap::new() };
@@ -162,11 +162,11 @@ pub(crate) fn check(plan: &Plan, schedule: &Schedule, violations: &mut Violation
     flow
 }
 
-/// Toggles, each with whether it is on.
+/// A toggle state: the index of each toggle with `true` if it is on, sorted by index.
 type State = Vec<(usize, bool)>;
 
-/// The toggle states to try for the accesses of a resource, and whether they are all that exist. One state without
-/// toggles if the accesses depend on none.
+/// Returns the toggle states to simulate for a resource, and `true` if these are all states. If the accesses depend on
+/// no toggle, the only state is empty.
 fn states(uses: &Uses<'_>) -> (Vec<State>, bool) {
     let (events, regions) = (&uses.events, uses.regions.count());
     let conditions = events.iter().flat_map(|event| uses.conditions(event));
@@ -208,18 +208,19 @@ struct Player<'a, 'b> {
     by_name: &'a HashMap<&'a str, PassHandle>,
     /// The histories whose earlier frames planned passes read.
     read_back: &'a HashSet<ResourceHandle>,
-    /// Whether one writer of the resource is certain to be the first.
+    /// Whether one writer of the resource is certain to run first.
     single: bool,
     state: &'a [(usize, bool)],
     flow: &'b mut Flow,
-    /// The orders that `after` and named versions declare.
+    /// The edges of the pass order that `after` and named versions declare.
     after: &'a Explained,
     explained: &'b mut Explained,
     violations: &'b mut Violations,
 }
 
 impl Player<'_, '_> {
-    /// Plays one resource through; for each region its writers in order, each with whether it loads.
+    /// Simulates the accesses of one resource. Returns the writers of each region in order, each with `true` if it
+    /// loads; regions with one writer are left out.
     fn play(&mut self, events: &[&Event<'_>]) -> Vec<Vec<(PassHandle, bool)>> {
         let Uses { plan, schedule, handle, .. } = *self.uses;
         let (resource, regions) = (plan.pipeline.resource(handle), self.uses.regions.count());
@@ -396,7 +397,7 @@ impl Player<'_, '_> {
         }
     }
 
-    /// Whether `after` or a read may order a pass after another.
+    /// Returns `true` if `after` or reads may order `pass` after `other`.
     fn may_follow(&self, pass: PassHandle, other: PassHandle) -> bool {
         let pipeline = &self.uses.plan.pipeline;
         let (mut seen, mut stack) = (HashSet::from([pass]), vec![pass]);
@@ -422,7 +423,8 @@ impl Player<'_, '_> {
         false
     }
 
-    /// The writes that remain at the end, for a resource that outlives the frame.
+    /// Records the writes that remain at the end of the frame in a resource that outlives the frame, and reports
+    /// dropped contents.
     fn finish(&mut self, content: &[Content], writers: &[Vec<(PassHandle, bool)>]) {
         for (region, content) in content.iter().enumerate() {
             match content {
@@ -452,7 +454,7 @@ impl Player<'_, '_> {
         }
     }
 
-    /// Whether a pass declares that it discards its result.
+    /// Returns `true` if a pass declares that it discards its result.
     fn throws_away(&self, pass: PassHandle) -> bool {
         let Work::Render(render) = self.uses.plan.pipeline.pass(pass).work() else { return false };
         let mut attachments = attachments::declared(render).into_iter();
@@ -467,8 +469,8 @@ impl Player<'_, '_> {
     }
 }
 
-/// Whether a resource has one writer that does not load, or two with opposite toggles: it runs first, unless "after"
-/// puts it behind another.
+/// Returns `true` if a resource has one writer that does not load, or two with opposite toggles, which runs first.
+/// Returns `false` if `after` or a named version orders such a writer after another.
 fn has_single_first(uses: &Uses<'_>, after: &Explained) -> bool {
     let Uses { plan, schedule, events, .. } = uses;
     let writers = |is_first: fn(Usage) -> bool| {
@@ -493,9 +495,10 @@ fn has_single_first(uses: &Uses<'_>, after: &Explained) -> bool {
     }
 }
 
-/// A culled writer whose result the newest version contains, as far as that is certain: one that loads what nothing
-/// wrote without loading, or a single first one did, or the only one that does not load, if no live writer overwrites
-/// it after it.
+/// Returns a culled writer whose result is certain to be part of the newest version. `live` and `culled` are the
+/// writers of a region, each with `true` if it loads; `single` is `true` if one is certain to run first. A culled
+/// writer that loads counts if all writers load, or, with `single`, all but one. One that does not load counts if all
+/// live writers load.
 fn needed_but_culled(
     live: &[(PassHandle, bool)],
     culled: &[(PassHandle, bool)],
@@ -512,7 +515,8 @@ fn needed_but_culled(
         .map(|(pass, _)| *pass)
 }
 
-/// Looks for what orders each pair of neighbouring writers, until nothing changes.
+/// Searches the known edges for a path between each pair of neighbouring writers. Each pair found adds an edge; pairs
+/// without a path are reported.
 fn explain(
     plan: &Plan,
     schedule: &Schedule,

@@ -13,7 +13,7 @@ use umbragraph_compiler::{InitialValue, Physical, Plan};
 use umbragraph_pipeline::pipeline::ResourceKind;
 use umbragraph_pipeline::work::ResourceHandle;
 
-/// Checks the histories; the places that no planned resource stands at.
+/// Checks the histories; returns their physical textures and buffers that no planned resource uses.
 pub(crate) fn check(plan: &Plan, violations: &mut Violations) -> BTreeSet<Physical> {
     let pipeline = &plan.pipeline;
     let mut used: BTreeSet<ResourceHandle> = BTreeSet::new();
@@ -80,7 +80,7 @@ pub(crate) fn check(plan: &Plan, violations: &mut Violations) -> BTreeSet<Physic
     owners.into_keys().filter(|place| !taken.contains(place)).collect()
 }
 
-/// Whether all places are of one descriptor, and can be cleared.
+/// Returns `true` if all physical textures or buffers have equal descriptors with the usage that clearing needs.
 fn alike(plan: &Plan, places: &[Physical]) -> bool {
     let texture = |place: &Physical| match place {
         Physical::Texture(at) => plan.textures.get(*at),

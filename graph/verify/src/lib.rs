@@ -41,8 +41,8 @@ pub use violation::{Violation, ViolationKind};
 use umbragraph_compiler::{Plan, PlanOptions};
 use violation::Violations;
 
-/// Finds every violation in a plan; an empty list means a valid plan. `options` must be those that the plan was made
-/// with.
+/// Checks a plan against its pipeline and returns all violations found; an empty list means a valid plan. `options`
+/// must be those that the plan was made with.
 pub fn verify(plan: &Plan, options: &PlanOptions) -> Vec<Violation> {
     let mut violations = Violations(Vec::new());
     // The rest relies on every planned pass being one of the pipeline's.

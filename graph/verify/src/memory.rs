@@ -23,22 +23,23 @@ struct Used {
     highest_byte: u64,
 }
 
-/// The places of a plan while they are checked.
+/// The state of the check of physical resources.
 struct Memory<'a> {
     plan: &'a Plan,
     options: &'a PlanOptions,
-    /// The places of earlier frames that no pass reads, which are there all the same.
+    /// The physical resources of earlier history frames that no pass reads, which exist all the same.
     spare: &'a BTreeSet<Physical>,
     /// The transient resources that a toggle can leave unwritten.
     conditional: HashSet<ResourceHandle>,
-    /// The resources that share each physical resource, from the first to the last pass that uses them.
+    /// For each physical resource, the resources that share it: the positions of the first and last pass that uses
+    /// each, and its name.
     aliases: BTreeMap<Physical, Vec<(usize, usize, &'a str)>>,
     violations: &'a mut Violations,
 }
 
-/// Checks places, spans, usages and sums.
+/// Checks the physical resources of a plan: placement, lifetimes, usages and sums of bytes.
 ///
-/// `spare` are the places of earlier frames that no pass reads, which are there all the same.
+/// `spare` are the physical resources of earlier history frames that no pass reads, which exist all the same.
 pub(crate) fn check(
     plan: &Plan,
     options: &PlanOptions,
@@ -165,7 +166,7 @@ impl Memory<'_> {
         }
     }
 
-    /// Returns the bytes that no sharing can go below.
+    /// Checks the resources that share memory; returns the lower bound on bytes that no sharing can go below.
     fn check_sharing(&mut self) -> u64 {
         let plan = self.plan;
         for list in self.aliases.values_mut() {
@@ -203,7 +204,7 @@ impl Memory<'_> {
         self.check_minimal()
     }
 
-    /// A buffer is as large as the largest resource that it stands for.
+    /// Checks that each physical buffer is as large as the largest resource that it holds.
     fn check_buffer_bytes(&mut self) {
         for (place, list) in &self.aliases {
             let Physical::Buffer(index) = place else { continue };
@@ -219,7 +220,8 @@ impl Memory<'_> {
         }
     }
 
-    /// Checks that each class has as many physical resources as are alive at once. Returns the minimum of bytes.
+    /// Checks that no compatibility class has more physical resources than are alive at once; returns the lower bound
+    /// on bytes.
     fn check_minimal(&mut self) -> u64 {
         let plan = self.plan;
         // Classes by what wgpu would be told at creation.
@@ -316,7 +318,7 @@ impl Memory<'_> {
     }
 }
 
-/// The last mip or layer of a range.
+/// Returns the index of the last mip or layer of a range.
 fn last(run: IndexRange<u32>) -> u32 {
     u32::try_from(run.end().saturating_sub(1)).unwrap_or(u32::MAX)
 }
@@ -345,7 +347,7 @@ fn used(plan: &Plan) -> HashMap<ResourceHandle, Used> {
     used
 }
 
-/// The usages that an access requires of a texture, or a buffer, at its creation.
+/// Returns the usages that a texture and a buffer must be created with for an access.
 fn needed(usage: Usage) -> (TextureUsages, BufferUsages) {
     use BufferUsages as B;
     use TextureUsages as T;
@@ -368,7 +370,7 @@ fn needed(usage: Usage) -> (TextureUsages, BufferUsages) {
     }
 }
 
-/// The transient resources with a subresource range whose first writer can be off.
+/// Returns the transient resources with a subresource range whose first writer a toggle can switch off.
 fn conditional(plan: &Plan) -> HashSet<ResourceHandle> {
     let mut always: HashMap<ResourceHandle, Vec<SubresourceRange>> = HashMap::new();
     let mut conditional = HashSet::new();
@@ -396,28 +398,28 @@ fn conditional(plan: &Plan) -> HashSet<ResourceHandle> {
     conditional
 }
 
-/// The exponent of the next power of two: buffers of one class share it.
+/// Returns the size class of a buffer: the exponent of the next power of two of its bytes.
 fn class(bytes: u64) -> u32 {
     u64::BITS - bytes.saturating_sub(1).leading_zeros()
 }
 
-/// A class of resources that may stand for one another.
+/// The resources of one compatibility class, which may share memory.
 #[derive(Default)]
 struct CompatibilityClass {
-    /// The number of created resources.
+    /// The number of physical resources in the class.
     created: usize,
-    /// The bytes that begin at twice the first position, and end just after twice the last one: lifetimes that touch
-    /// overlap.
+    /// The starts (`true`) and ends (`false`) of lifetimes with their bytes. A lifetime starts at twice its first
+    /// position and ends just after twice its last, so that touching lifetimes overlap.
     events: Vec<(usize, bool, u64)>,
 }
 
 impl CompatibilityClass {
-    /// Adds a resource that is alive from one position to another.
+    /// Adds a resource that is alive from position `first` to position `last` in execution order.
     fn add(&mut self, first: usize, last: usize, bytes: u64) {
         self.events.extend([(2 * first, true, bytes), (2 * last + 1, false, bytes)]);
     }
 
-    /// The maximum number of resources alive at once, and the maximum of their bytes.
+    /// Returns the maximum number of resources alive at once, and the maximum number of bytes alive at once.
     fn peaks(&mut self) -> (usize, u64) {
         self.events.sort_unstable();
         let (mut alive, mut max) = ((0usize, 0u64), (0, 0));

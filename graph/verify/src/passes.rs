@@ -11,10 +11,11 @@ use umbragraph_pipeline::language::Lifetime;
 use umbragraph_pipeline::pipeline::{Access, History, Pass, SubresourceRange, TypedPipeline};
 use umbragraph_pipeline::work::{Dispatch, PassHandle, ResourceHandle, Work};
 
-/// The number of writers of ranges, or with toggles, up to which a plan has to know exactly who reads them.
+/// The maximum number of writers of a resource, with ranges or toggles, for which a plan must state readers exactly.
 const TOLD_APART: usize = 64;
 
-/// The schedule, unless a planned pass is not one of the pipeline's.
+/// Checks the passes of a plan, their order and workgroup counts, and returns the schedule. `None` if a planned pass is
+/// not in the pipeline.
 pub(crate) fn check(plan: &Plan, violations: &mut Violations) -> Option<Schedule> {
     let passes = &plan.pipeline.passes;
     let mut at = vec![None; passes.len()];
@@ -61,7 +62,7 @@ pub(crate) fn check(plan: &Plan, violations: &mut Violations) -> Option<Schedule
     Some(schedule)
 }
 
-/// Explicit order holds also over culled passes.
+/// Checks that each pass runs after the passes in its `after`, also those reached through culled passes.
 fn check_after(plan: &Plan, schedule: &Schedule, violations: &mut Violations) {
     for planned in &plan.passes {
         let mut seen = HashSet::new();
@@ -211,7 +212,8 @@ fn says(plan: &Plan, reason: KeepReason, words: &Kept) -> bool {
     }
 }
 
-/// Whether a resource has so many writers of ranges, or with toggles, that a plan may treat them coarsely.
+/// Returns `true` if a resource has more than [`TOLD_APART`] writers with ranges or toggles, so that a plan may treat
+/// them coarsely.
 fn has_many_writers(plan: &Plan, resource: ResourceHandle) -> bool {
     let writes = |pass: &&Pass| {
         let written = |one: &Access| one.resource == resource && one.usage.writes();
@@ -222,7 +224,8 @@ fn has_many_writers(plan: &Plan, resource: ResourceHandle) -> bool {
     plan.pipeline.passes.iter().filter(writes).nth(TOLD_APART).is_some()
 }
 
-/// Whether a pass writes something of the subresource ranges that another reads, of a resource with many writers.
+/// Returns `true` if a pass writes a subresource range that overlaps what a reader reads, and the resource has many
+/// writers.
 fn may_feed(plan: &Plan, pass: PassHandle, reader: PassHandle, resource: ResourceHandle) -> bool {
     let (pass, reader) =
         match (plan.pipeline.passes.get(pass.index()), plan.pipeline.passes.get(reader.index())) {
@@ -237,7 +240,7 @@ fn may_feed(plan: &Plan, pass: PassHandle, reader: PassHandle, resource: Resourc
     has_many_writers(plan, resource) && read.into_iter().any(meets)
 }
 
-/// Whether a pass writes a resource with many writers that outlives the frame.
+/// Returns `true` if a pass writes a resource that outlives the frame and has many writers.
 fn may_leave(plan: &Plan, pass: PassHandle, resource: ResourceHandle) -> bool {
     let writes = |one: &Access| one.resource == resource && one.usage.writes();
     plan.pipeline.resources.get(resource.index()).is_some_and(|one| one.lifetime() != Lifetime::Transient)
@@ -245,7 +248,7 @@ fn may_leave(plan: &Plan, pass: PassHandle, resource: ResourceHandle) -> bool {
         && has_many_writers(plan, resource)
 }
 
-/// The position of a resource in a history, if it is an earlier frame.
+/// Returns the position of a resource in its history; `None` unless the resource is an earlier frame.
 fn earlier_frame(plan: &Plan, resource: ResourceHandle) -> Option<History> {
     plan.pipeline.resources.get(resource.index())?.history.filter(|history| history.back > 0)
 }

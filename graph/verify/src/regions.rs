@@ -9,7 +9,7 @@ use umbragraph_pipeline::work::{PassHandle, ResourceHandle};
 
 /// The data flow between passes: the writes that reach reads, later frames or the host.
 pub(crate) struct Flow {
-    /// Writer, reader and resource.
+    /// The data edges as writer, reader and resource.
     pub(crate) feeds: HashSet<(PassHandle, PassHandle, ResourceHandle)>,
     /// The passes with writes that outlive the frame.
     pub(crate) lasting: BTreeSet<PassHandle>,
@@ -29,17 +29,17 @@ pub(crate) struct Uses<'a> {
     pub(crate) plan: &'a Plan,
     pub(crate) schedule: &'a Schedule,
     pub(crate) handle: ResourceHandle,
-    /// The accesses by planned passes in their order, then those by others.
+    /// The accesses by planned passes in execution order, then those by culled passes.
     pub(crate) events: Vec<Event<'a>>,
     pub(crate) regions: Regions,
 }
 
-/// Regions of one resource: the product of what the accesses tell apart in mips, layers, aspects and bytes.
+/// The division of one resource into regions, by mips, layers, aspects and bytes. Each access covers whole regions.
 pub(crate) struct Regions {
     axes: [Axis; 4],
 }
 
-/// One direction in which a resource is cut: at each place where some access begins or ends, and the rest.
+/// One dimension of a resource (mips, layers, aspects or bytes), cut at each position where an access begins or ends.
 struct Axis {
     cuts: Vec<u64>,
 }
@@ -50,12 +50,12 @@ impl Axis {
         Self { cuts: cuts.into_iter().collect() }
     }
 
-    /// The pieces between the cuts, and one more for the rest.
+    /// Returns the number of pieces: those between cuts, and one more for the rest.
     fn count(&self) -> usize {
         self.cuts.len().max(1)
     }
 
-    /// The extent of a piece; the last covers all that no access names.
+    /// Returns the extents of a piece as half-open ranges; the last piece covers all that no access names.
     fn piece(&self, at: usize) -> Vec<(u64, u64)> {
         match (self.cuts.get(at), self.cuts.get(at + 1)) {
             (Some(first), Some(end)) => vec![(*first, *end)],
@@ -70,7 +70,8 @@ impl Axis {
     }
 }
 
-/// The extent of a subresource range in each dimension; `None` covers the whole dimension.
+/// Returns the half-open extents of a subresource range in mips, layers, aspects and bytes; `None` covers the whole
+/// dimension.
 pub(crate) fn extents(range: SubresourceRange) -> [Option<(u64, u64)>; 4] {
     let aspect = match range.aspect {
         Aspect::All => None,
@@ -100,7 +101,7 @@ impl Regions {
         self.axes.iter().map(Axis::count).product()
     }
 
-    /// The extent of a region in each direction.
+    /// Returns the half-open extents of a region in mips, layers, aspects and bytes.
     pub(crate) fn pieces(&self, mut region: usize) -> [Vec<(u64, u64)>; 4] {
         let mut pieces = [const { Vec::new() }; 4];
         for (axis, pieces) in self.axes.iter().zip(&mut pieces).rev() {
@@ -124,18 +125,18 @@ impl Regions {
 }
 
 impl<'a> Uses<'a> {
-    /// The accesses by planned passes.
+    /// Returns the accesses by planned passes, in execution order.
     pub(crate) fn planned(&self) -> &[Event<'a>] {
         let is_planned = |event: &Event<'_>| self.schedule.of(event.pass).is_some();
         &self.events[..self.events.partition_point(is_planned)]
     }
 
-    /// The conditions of an access: those of its pass and its own.
+    /// Returns the toggle conditions of an access: the condition of its pass, and its own conditions.
     pub(crate) fn conditions(&self, event: &Event<'_>) -> impl Iterator<Item = Condition> {
         self.plan.pipeline.pass(event.pass).condition.into_iter().chain(event.one.when.iter().copied())
     }
 
-    /// Whether an access is an attachment that the plan does not store.
+    /// Returns `true` if an access is an attachment that the plan does not store.
     pub(crate) fn drops(&self, event: &Event<'_>) -> bool {
         if !event.one.usage.is_attachment() {
             return false;
@@ -154,8 +155,8 @@ impl<'a> Uses<'a> {
         })
     }
 
-    /// Whether a pass clears or discards a region at its start, or says that it replaces it. `writers` are those of the
-    /// region, each with whether it loads.
+    /// Returns `true` if a pass clears or discards a region at its start, or declares that it replaces the region.
+    /// `writers` are those of the region, each with `true` if it loads.
     pub(crate) fn covers(&self, pass: PassHandle, writers: &[(PassHandle, bool)]) -> bool {
         let loads = writers.iter().any(|(writer, loads)| *writer == pass && *loads);
         let attached = self.plan.pipeline.pass(pass).accesses().iter().any(|one| {

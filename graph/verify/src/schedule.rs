@@ -2,7 +2,7 @@
 
 use umbragraph_pipeline::work::PassHandle;
 
-/// When each pass of the pipeline runs; `None` for a culled one.
+/// The position of each pass in execution order, indexed by pass handle; `None` for a culled pass.
 pub(crate) struct Schedule {
     pub(crate) at: Vec<Option<usize>>,
 }

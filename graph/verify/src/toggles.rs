@@ -7,7 +7,7 @@ use umbragraph_pipeline::language::TextureShape;
 use umbragraph_pipeline::pipeline::{Condition, Pass, Version};
 use umbragraph_pipeline::work::ResourceHandle;
 
-/// Checks the stated toggles and passthroughs, the accesses of fallbacks, and that they fit.
+/// Checks the toggles and passthroughs in the plan, and the accesses and properties of fallbacks.
 pub(crate) fn check(plan: &Plan, violations: &mut Violations) {
     let stated: Vec<(&String, bool)> = plan.toggles.iter().map(|(name, on)| (name, *on)).collect();
     if stated != plan.pipeline.toggles.iter().map(|one| (&one.name, one.default)).collect::<Vec<_>>() {
@@ -68,8 +68,8 @@ pub(crate) fn check(plan: &Plan, violations: &mut Violations) {
     }
 }
 
-/// Whether an access of a fallback happens in every state that is wanted, but for those in which its own passthrough
-/// applies.
+/// Returns `true` if an access of a fallback with the conditions `when` happens in every toggle state that satisfies
+/// `wanted`. States in which the fallback's own passthrough applies are excepted.
 fn happens_where(plan: &Plan, when: &[Condition], fallback: ResourceHandle, wanted: &[Condition]) -> bool {
     let own = plan.pipeline.passthroughs.get(&fallback).map(|passthrough| passthrough.condition);
     when.iter().all(|condition| wanted.contains(condition) || Some(*condition) == own)

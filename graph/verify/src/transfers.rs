@@ -39,7 +39,8 @@ pub(crate) fn check(plan: &Plan, violations: &mut Violations) {
     }
 }
 
-/// The error in the accesses of a transfer: they must be exactly those of its source and destination.
+/// Returns the error in the accesses of a transfer, which must be exactly those of its source and destination; `None`
+/// if there is none.
 fn check_accesses(plan: &Plan, planned: &PlannedPass, transfer: &TransferWork) -> Option<String> {
     let pass = plan.pipeline.pass(planned.handle);
     let mut wanted: Vec<(ResourceHandle, SubresourceRange, bool)> = Vec::new();
@@ -77,7 +78,7 @@ fn check_accesses(plan: &Plan, planned: &PlannedPass, transfer: &TransferWork) -
     })
 }
 
-/// The subresource range that one end of a transfer touches.
+/// Returns the subresource range that the source or destination of a transfer covers.
 fn range(plan: &Plan, end: &TransferEnd) -> SubresourceRange {
     match end {
         TransferEnd::Buffer(region) => {
@@ -110,11 +111,11 @@ struct Transfer<'a> {
     transfer: &'a TransferWork,
 }
 
-/// A box of texels that is copied.
+/// A copied box of texels: the first texel, and the width, height and number of layers or depth slices.
 type TexelBox = (TexelOrigin, [u32; 3]);
 
 impl Transfer<'_> {
-    /// Compares what the plan copies with the description.
+    /// Checks that the plan copies what the transfer declares.
     fn check(&self, copies: &[PlannedCopy]) -> Result<(), String> {
         use TransferEnd::{Buffer, Texture};
         match (&self.transfer.source, &self.transfer.destination) {
@@ -156,7 +157,7 @@ impl Transfer<'_> {
         }
     }
 
-    /// The first byte of a region of a buffer, and how many.
+    /// Returns the byte offset and the number of bytes of a buffer region.
     fn run(&self, region: &BufferRegion) -> Result<(u64, u64), String> {
         let all = planned(self.plan, region.buffer.resource).ok_or("copies what is not planned")?.bytes;
         let run = region.buffer.range.bytes.unwrap_or(IndexRange { first: 0, count: all });
@@ -166,7 +167,7 @@ impl Transfer<'_> {
         Ok((run.first, run.count))
     }
 
-    /// Whether boxes are those of a region: all its mip levels, in each all its layers.
+    /// Checks that boxes of texels cover a texture region: all of its mip levels, with all layers of each.
     fn boxes(&self, region: &TextureRegion, boxes: &[TexelBox]) -> Result<(), String> {
         let resource = planned(self.plan, region.texture.resource).ok_or("copies what is not planned")?;
         let (Some(size), Some(format)) = (resource.size, resource.format) else {
@@ -219,7 +220,7 @@ impl Transfer<'_> {
         if list.next().is_some() { Err("copies more than it says".to_owned()) } else { Ok(()) }
     }
 
-    /// Whether texels lie in a buffer one mip level behind the other, within the bytes that are named.
+    /// Checks that texels lie in a buffer mip level after mip level, within the declared bytes.
     fn rows(
         &self,
         region: &TextureRegion,

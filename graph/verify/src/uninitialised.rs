@@ -14,14 +14,14 @@ use umbragraph_compiler::PlannedResource;
 use umbragraph_pipeline::language::{Lifetime, TextureShape};
 use umbragraph_pipeline::pipeline::Condition;
 
-/// When a region was written so far.
+/// The toggle states in which earlier passes wrote a region: always, or while one of a set of conditions holds.
 #[derive(Clone, Default)]
 struct Written {
     always: bool,
     while_switched: BTreeSet<Condition>,
 }
 
-/// Finds the reads of one resource that find something, but not all.
+/// Reports reads of one resource of which some regions were written, but others in no toggle state.
 pub(crate) fn check(uses: &Uses<'_>, violations: &mut Violations) {
     let Uses { plan, handle, regions, .. } = uses;
     let resource = plan.pipeline.resource(*handle);
@@ -65,7 +65,7 @@ pub(crate) fn check(uses: &Uses<'_>, violations: &mut Violations) {
     }
 }
 
-/// Whether a texture or a buffer has something of a region.
+/// Returns `true` if a texture or buffer has at least a part of a region.
 fn exists(planned: &PlannedResource, volume: bool, regions: &Regions, region: usize) -> bool {
     let pieces = regions.pieces(region);
     let Some(size) = planned.size else {

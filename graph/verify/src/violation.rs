@@ -13,7 +13,7 @@ pub enum ViolationKind {
     PassMissing,
     /// The plan has a pass that the pipeline does not have.
     PassUnknown,
-    /// A culled pass is needed: an output depends on its result.
+    /// A culled pass is needed: a planned pass or an output depends on its result, or it has a side effect.
     CulledButNeeded,
     /// A planned pass leads to no output.
     KeptWithoutReason,
@@ -23,7 +23,7 @@ pub enum ViolationKind {
     WrongCullReason,
     /// A pass runs before a pass that it declares to follow with `after`.
     AfterViolated,
-    /// A pass reads a region that no pass has written.
+    /// A pass reads a subresource range, or a part of one, that no pass has written.
     UninitialisedRead,
     /// A pass reads another version of a resource than it names.
     WrongVersion,
@@ -57,37 +57,40 @@ pub enum ViolationKind {
     PlaceMissing,
     /// Two resources with overlapping lifetimes share memory.
     Overlap,
-    /// A resource that outlives the frame shares memory with another.
+    /// A resource shares memory with another, although it outlives the frame or sharing is switched off.
     SharedThoughLasting,
-    /// A resource and its physical texture or buffer differ in format, size, dimension or usages.
+    /// A resource and its physical texture or buffer differ in format, size or dimension.
     CompatibilityMismatch,
-    /// A texture lacks a usage that a pass needs.
+    /// A physical texture or buffer lacks a usage that a pass needs.
     UsageMissing,
-    /// An imported texture is used in a way that the host's usages do not allow.
+    /// An imported texture is planned with a format, size or usage that the host's texture does not have.
     ImportMisused,
-    /// A pass uses a mip level or layer that the texture does not have.
+    /// A pass uses a mip level, layer or byte range that the resource does not have.
     SubresourceMissing,
-    /// There are more physical resources than resources alive at once.
+    /// A compatibility class has more physical resources than resources alive at once.
     NotMinimal,
     /// A physical texture or buffer holds no resource.
     PhysicalUnused,
-    /// The physical resources of a history are too few, differ in descriptor, or are not distinct.
+    /// A history is not planned, has an unsuitable initial value, or its physical resources are wrong in number, differ
+    /// in descriptor, or are not distinct.
     HistoryWrong,
     /// A stated sum of bytes is wrong.
     BytesWrong,
-    /// A compute pass has no workgroup counts, another kind of pass has some, or the counts exceed the limits.
+    /// A compute pass without an indirect dispatch has no workgroup counts, another pass has some, or the counts exceed
+    /// the limits.
     WorkgroupsWrong,
     /// The name, kind or lifetime of a pass or resource in the plan differs from the pipeline.
     NameWrong,
-    /// The toggle or the passthrough of a pass in the plan differs from the pipeline.
+    /// The toggles of the plan, the toggle or passthrough of a pass, or the conditional mark of a resource differ from
+    /// the pipeline.
     ToggleWrong,
     /// A reader of a resource with a passthrough does not use the fallback in exactly the frames in which the writer is
     /// off.
     PassthroughMissing,
     /// A fallback differs from the replaced resource in dimension, layers or samples, or is a buffer that is too small.
     PassthroughMisfit,
-    /// A transfer copies other mip levels, layers, aspects, texels or bytes than declared, or its accesses differ from
-    /// its ends.
+    /// A transfer copies other mip levels, layers, aspects, texels or bytes than declared, or the accesses of its pass
+    /// differ from its source and destination.
     CopyWrong,
     /// A resource shares memory, although a toggle can switch off its first writer.
     SharedThoughConditional,

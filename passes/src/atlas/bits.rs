@@ -3,10 +3,11 @@
 //! One bit for each integer, and above them one bit for each non-empty word, repeated up to a single word. Insertion,
 //! removal and the lowest member cost one step per level; 2²⁴ integers need four levels.
 
-/// A set of integers below a number that is fixed.
+/// A set of integers from 0 to a fixed limit, with fast access to the lowest member.
 #[derive(Clone, Debug)]
 pub(super) struct Bits {
-    /// The members first; each further level has a bit for each word of the one before.
+    /// Bits in 64-bit words. Level 0 has a bit for each possible member; each further level has a bit for each nonzero
+    /// word of the level before.
     levels: Vec<Vec<u64>>,
 }
 
@@ -49,7 +50,7 @@ impl Bits {
         }
     }
 
-    /// The lowest member.
+    /// Returns the lowest member; `None` for an empty set.
     pub(super) fn first(&self) -> Option<usize> {
         let mut at = 0;
         for level in self.levels.iter().rev() {

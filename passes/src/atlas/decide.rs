@@ -14,14 +14,14 @@
 use super::request::{Eviction, POOLS, Pool, PoolCounts};
 use super::settle::Settled;
 
-/// A light in the decision.
+/// A light that competes for tiles and slots, with the decision on its request.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Candidate {
-    /// The entry of the light.
+    /// The index of the light's entry in the placement.
     pub(super) entry: u32,
-    /// The resources that it needs.
+    /// The importance of the light, and the tiles and slots that it needs.
     pub(super) need: Settled,
-    /// The decision: the size class, or the reason of the eviction.
+    /// The size class of the granted tiles (0 for a light without tiles), or the reason of the eviction.
     pub(super) verdict: Result<u8, Eviction>,
 }
 
@@ -31,8 +31,8 @@ impl Candidate {
     }
 }
 
-/// Decides for candidates that are sorted by importance, the most important first. `side` is the class of the atlas's
-/// side, `None` for no atlas.
+/// Decides for each candidate whether it is admitted, and with which size class. The candidates are sorted by
+/// importance, the most important first. `side` is the size class of the atlas; `None` for no atlas.
 pub(super) fn decide(candidates: &mut [Candidate], side: Option<u8>, capacity: &PoolCounts) {
     let room = side.map_or(0, |side| 1u64 << (2 * side));
     let (mut min, mut taken) = (0, [0u32; POOLS]);

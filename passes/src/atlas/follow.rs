@@ -1,7 +1,7 @@
 //! A size that follows a need: up at once, and down when the need has been lower for some frames in a row, to the most
 //! that was needed in them.
 
-/// A size that follows a need.
+/// A size that rises with a need at once, and falls only after the need was lower for some frames.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Follower {
     value: u32,
@@ -10,7 +10,8 @@ pub(super) struct Follower {
 }
 
 impl Follower {
-    /// The size for a frame in which `need` is needed.
+    /// Returns the size for a frame in which `need` is needed. After `patience` consecutive frames with a lower need,
+    /// the size falls to the maximum need of these frames.
     pub(super) fn follow(&mut self, need: u32, patience: u32) -> u32 {
         if need >= self.value {
             *self = Self { value: need, calm: 0, max: 0 };

@@ -45,7 +45,7 @@ pub use request::{Eviction, Fate, Grant, Key, POOLS, Pool, PoolCounts, Request, 
 pub use slots::SlotAllocator;
 pub use tile::Tile;
 
-/// The fewest texels on a tile's side.
+/// The minimum number of texels on a tile's side.
 pub const MIN_TILE: u32 = 16;
 /// The maximum number of texels on a tile's side.
 pub const MAX_TILE: u32 = 8192;

@@ -22,22 +22,23 @@ use super::slots::{MAX_SLOTS, SlotAllocator};
 use super::tile::Tile;
 use super::{MAX_SIDE, MAX_TILE, MAX_TILES, MIN_TILE};
 
-/// Settings that are constant over frames.
+/// The settings of a [`Placement`]; they are constant over frames.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
-    /// The fewest texels on a tile's side; a power of two, at least [`MIN_TILE`].
+    /// The minimum number of texels on a tile's side; a power of two, at least [`MIN_TILE`].
     pub min_tile: u32,
     /// The maximum number of texels on a tile's side; a power of two, at most [`MAX_TILE`].
     pub max_tile: u32,
-    /// The fewest texels on the side of an atlas that is wanted; a power of two.
+    /// The minimum side of the atlas that [`Placement::wanted`] returns, in texels; a power of two.
     pub min_side: u32,
-    /// The maximum number of texels on the side of an atlas that is wanted; a power of two, at most [`MAX_SIDE`].
+    /// The maximum side of the atlas that [`Placement::wanted`] returns, in texels; a power of two, at most
+    /// [`MAX_SIDE`].
     pub max_side: u32,
-    /// The maximum number of slots of each pool that are wanted.
+    /// The maximum number of slots of each pool that [`Placement::wanted`] returns.
     pub max_pools: PoolCounts,
-    /// The relative change of an importance or a size that counts.
+    /// The relative change of an importance or a size up to which a new value is ignored; 0.25 means 25 %.
     pub tolerance: f32,
-    /// The frames for which less has to be needed before less is wanted.
+    /// The number of consecutive frames with a lower need after which [`Placement::wanted`] falls.
     pub patience: u32,
 }
 
@@ -55,31 +56,31 @@ impl Default for Settings {
     }
 }
 
-/// Capacity of a frame: the existing one, or the wanted one.
+/// The capacity for shadow maps in a frame: the side of the atlas, and the number of slots of each pool.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Capacity {
-    /// The texels on the atlas's side; counts as the power of two that is not above.
+    /// The side of the atlas, in texels: rounded down to a power of two, and 0 (no atlas) below the smallest tile.
     pub side: u32,
-    /// The slots of each pool, at most [`MAX_SLOTS`].
+    /// The number of slots of each pool, at most [`MAX_SLOTS`].
     pub pools: PoolCounts,
 }
 
 /// Places the shadow maps of lights, frame after frame.
 #[derive(Clone, Debug)]
 pub struct Placement {
-    /// The settings, brought within the limits.
+    /// The settings, clamped to their limits.
     pub(super) settings: Settings,
-    /// The class of the largest tile.
+    /// The size class of the largest tile: `min_tile << max` texels on a side.
     max: u8,
     pub(super) atlas: TileAllocator,
     pools: [SlotAllocator; POOLS],
     entries: Vec<Entry>,
     vacant: Vec<u32>,
     by_key: HashMap<Key, u32>,
-    /// The entry of each request.
+    /// The index in `entries` for each request of the last update.
     asked: Vec<u32>,
     frame: u64,
-    /// The capacity that the last update placed for, within its limits.
+    /// The capacity for which the last update placed the lights, rounded and clamped to its limits.
     pub(super) capacity: Capacity,
     need: Capacity,
     wanted: Capacity,
@@ -89,35 +90,37 @@ pub struct Placement {
     scratch: Scratch,
 }
 
-/// Storage that is kept from frame to frame.
+/// Buffers that each update reuses.
 #[derive(Clone, Debug, Default)]
 struct Scratch {
     order: Vec<(u32, Key, u32)>,
     candidates: Vec<Candidate>,
-    /// The tiles to be found, for each size class: entry, and position among its tiles.
+    /// The tiles to place, for each size class: the index of the entry, and the index of the tile in the entry.
     pending: Vec<Vec<(u32, u8)>>,
-    /// Tiles that could be moved: the block that they stand in, their own number, entry, position.
+    /// The tiles that could be moved: number of the enclosing block, number of the tile, index of the entry, index of
+    /// the tile in the entry.
     movable: Vec<(usize, usize, u32, u8)>,
-    /// Blocks that could be cleared: the area in them, the block, the part of `movable`.
+    /// The blocks that could be cleared: used area in texels, number of the block, start and end of its tiles in
+    /// `movable`.
     blocks: Vec<(u64, usize, usize, usize)>,
-    /// Runs that are laid again: the slot of before, the key, the entry.
+    /// The runs of slots to place again: first slot so far, key of the light, index of the entry.
     runs: Vec<(u32, Key, u32)>,
 }
 
 #[derive(Clone, Copy, Debug)]
 struct Entry {
-    /// The frame of its last request; 0 for a vacant entry.
+    /// The number of the frame in which the light last made a request; 0 for a vacant entry.
     seen: u64,
-    /// The maximum of the requests of this frame.
+    /// The request of this frame. Several requests with the same key are merged to the maximum of each value.
     asked: Request,
-    /// The committed request; see `settle`.
+    /// The values of the request after hysteresis, on which all decisions depend; `None` before the first decision.
     settled: Option<Settled>,
     fate: Fate,
-    /// The tiles that it holds, their size class, and their number.
+    /// The tiles that the light holds. `held_class` is their size class, and `held_tiles` their number.
     tiles: [Tile; MAX_TILES],
     held_class: u8,
     held_tiles: u8,
-    /// The number of slots that it has of each pool, and the first.
+    /// The number of slots that the light holds in each pool. `first_slots` has the index of the first one.
     held_slots: PoolCounts,
     first_slots: PoolCounts,
 }
@@ -158,7 +161,7 @@ impl Placement {
         }
     }
 
-    /// Places the lights of a frame.
+    /// Grants tiles and slots to the lights of a frame, for `requests` and within `capacity`.
     pub fn update(&mut self, requests: &[Request], capacity: &Capacity) {
         self.frame += 1;
         self.fates_changed = false;
@@ -177,7 +180,7 @@ impl Placement {
         self.follow();
     }
 
-    /// The grant of the request at a position of the last update; `None` for an invalid position.
+    /// The grant for the request at index `request` of the last update; `None` if there is no such request.
     pub fn grant(&self, request: usize) -> Option<Grant<'_>> {
         let at = *self.asked.get(request)? as usize;
         let entry = &self.entries[at];
@@ -199,12 +202,12 @@ impl Placement {
         &self.wanted
     }
 
-    /// Whether a fate is another one than in the frame before, or lights came or went.
+    /// Returns `true` if the last update changed the fate of a light, or if lights came or went.
     pub fn fates_changed(&self) -> bool {
         self.fates_changed
     }
 
-    /// Finds the entry of each request, and takes from requests of one key the most.
+    /// Finds or creates the entry of each request. Merges requests with the same key to the maximum of each value.
     fn gather(&mut self, requests: &[Request]) {
         self.asked.resize(requests.len(), u32::MAX);
         for (at, request) in requests.iter().enumerate() {
@@ -253,7 +256,8 @@ impl Placement {
         at
     }
 
-    /// Releases lights without requests, and commits the numbers of the others. Returns whether anything changed.
+    /// Releases lights without requests, and applies hysteresis to the requests of the others. Returns `true` if
+    /// anything changed.
     fn settle(&mut self) -> bool {
         let mut changed = false;
         for at in 0..self.entries.len() {
@@ -300,7 +304,7 @@ impl Placement {
         self.fates_changed = true;
     }
 
-    /// Decides on fates and sizes, and on what would be enough for all.
+    /// Decides the fate and the tile size of each light, and computes the capacity that would be enough for all.
     fn decide(&mut self, capacity: &Capacity) {
         let Self { scratch, entries, .. } = self;
         scratch.order.clear();

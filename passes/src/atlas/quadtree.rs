@@ -14,25 +14,25 @@ use super::bits::Bits;
 use super::tile::Tile;
 use super::{MAX_SIDE, MIN_TILE};
 
-/// An atlas of square tiles.
+/// An allocator of square tiles in a square atlas: a quadtree of free squares.
 #[derive(Clone, Debug)]
 pub struct TileAllocator {
-    /// The texels on the smallest tile's side.
+    /// The side of the smallest tile, in texels.
     pub(super) min: u32,
     max_side: u32,
-    /// The texels on the atlas's side.
+    /// The side of the atlas, in texels; 0 for an atlas without room for any tile.
     pub(super) side: u32,
-    /// The free squares of each size, from the smallest.
+    /// The free squares, as numbers along a Z-order curve: a set for each size class, from the smallest.
     free: Vec<Bits>,
-    /// The allocated tiles of each size, from the smallest.
+    /// The allocated tiles, as numbers along a Z-order curve: a set for each size class, from the smallest.
     used: Vec<Bits>,
     /// The number of texels in allocated tiles.
     pub(super) used_area: u64,
 }
 
 impl TileAllocator {
-    /// An empty atlas of side 0 whose tiles have at least `min` texels a side, and which grows up to
-    /// `max_side`; both are rounded up to powers of two within [`MIN_TILE`] and [`MAX_SIDE`].
+    /// Creates an allocator whose atlas has side 0. Tiles have at least `min` texels on a side, and the atlas grows up
+    /// to `max_side` texels. Both numbers are rounded up to powers of two from [`MIN_TILE`] to [`MAX_SIDE`].
     pub fn new(min: u32, max_side: u32) -> Self {
         let within = |value: u32| value.clamp(MIN_TILE, MAX_SIDE).next_power_of_two();
         let min = within(min);
@@ -47,8 +47,9 @@ impl TileAllocator {
         Self { min, max_side, side: 0, free: sets.clone(), used: sets, used_area: 0 }
     }
 
-    /// Makes the atlas larger or smaller; tiles stay where they are. `side` is rounded down to a power of two, 0 below
-    /// the smallest tile, and kept within the largest side. Rejected, with nothing changed, where a tile lies beyond.
+    /// Makes the atlas larger or smaller; tiles stay in place. `side`, in texels, is rounded down to a power of two and
+    /// limited to the largest side; below the smallest tile it counts as 0. Returns `false`, and changes nothing, if a
+    /// tile lies beyond the new side.
     #[must_use]
     pub fn set_side(&mut self, side: u32) -> bool {
         let wanted = self.rounded_side(side);
@@ -64,7 +65,8 @@ impl TileAllocator {
         true
     }
 
-    /// The side of the atlas for a requested side.
+    /// The side in texels that the atlas gets for a requested side: rounded down to a power of two within the limits,
+    /// or 0.
     pub(super) fn rounded_side(&self, side: u32) -> u32 {
         let side = side.min(self.max_side);
         if side < self.min { 0 } else { 1 << side.ilog2() }
@@ -119,7 +121,7 @@ impl TileAllocator {
         true
     }
 
-    /// The index of a size, from the smallest.
+    /// The size class of a square with a side of `size` texels: 0 for the smallest tile, 1 more for each doubling.
     fn class(&self, size: u32) -> usize {
         (size / self.min).max(1).trailing_zeros() as usize
     }
@@ -146,7 +148,7 @@ impl TileAllocator {
         Some(tile)
     }
 
-    /// Whether the tile is allocated.
+    /// Returns `true` if exactly this tile is allocated.
     pub fn contains(&self, tile: Tile) -> bool {
         tile.size >= self.min
             && tile.size <= self.side

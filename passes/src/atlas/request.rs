@@ -4,13 +4,13 @@ use std::fmt;
 
 use super::tile::Tile;
 
-/// The identity of a light over frames.
+/// A key that identifies a light from frame to frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Key(pub u64);
 
 impl Key {
-    /// The key of a light by its name; `occurrence` counts lights of the same name from 0. It is the same on every
-    /// machine (FNV-1a, finished by the mixer of `SplitMix64`).
+    /// The key for a light's name: a hash that is the same on every machine (FNV-1a, finished by the mixer of
+    /// `SplitMix64`). `occurrence` counts lights of the same name from 0.
     pub fn of(name: &str, occurrence: u32) -> Self {
         let bytes = name.bytes().chain(occurrence.to_le_bytes());
         let hash = bytes.fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
@@ -22,32 +22,32 @@ impl Key {
     }
 }
 
-/// Something of which there is a limited number, besides texels of the atlas.
+/// A kind of limited resource for shadows, other than texels of the atlas.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Pool {
-    /// Entries of the array by which shaders find a light's shadow.
+    /// Shadow descriptors: elements of the array in which shaders find a light's shadow maps.
     Descriptors,
-    /// Views that casters are drawn from.
+    /// Views from which shadow casters are drawn.
     Views,
-    /// Cubes of a cube array.
+    /// Cubes of the cube texture array, for point lights.
     Cubes,
-    /// Layers of an array.
+    /// Layers of the texture array, for the cascades of directional lights.
     Layers,
-    /// Spots, which have tiles of the atlas.
+    /// Spot lights with tiles of the atlas.
     Spots,
 }
 
 /// The number of pools.
 pub const POOLS: usize = 5;
 
-/// A number for each pool, at `Pool as usize`.
+/// A number of slots for each pool; the index is `Pool as usize`.
 pub type PoolCounts = [u32; POOLS];
 
 impl Pool {
-    /// All of them.
+    /// All pools, in the order of their indices.
     pub const ALL: [Self; POOLS] = [Self::Descriptors, Self::Views, Self::Cubes, Self::Layers, Self::Spots];
 
-    /// Numbers for some pools, 0 for the others.
+    /// Builds the counts from pairs of a pool and a number; all other pools get 0.
     pub fn counts(of: &[(Self, u32)]) -> PoolCounts {
         let mut counts = [0; POOLS];
         for (pool, count) in of {
@@ -69,19 +69,20 @@ impl fmt::Display for Pool {
     }
 }
 
-/// The tiles that a light asks for; all of them get one size.
+/// The tiles of the atlas that a light requests; all tiles of a light have the same size.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct TileRequest {
     /// The number of tiles, at most [`super::MAX_TILES`].
     pub count: u32,
-    /// The texels on a side that would be right; rounded up to a power of two.
+    /// The preferred side of each tile, in texels; rounded up to a power of two.
     pub wanted: u32,
-    /// The texels on a side below which no shadow is better than this one; rounded up to a power of two.
+    /// The smallest acceptable side of each tile, in texels; rounded up to a power of two. A light that cannot get it
+    /// has no shadow.
     pub min: u32,
 }
 
 impl TileRequest {
-    /// None.
+    /// The request for no tiles.
     pub const NONE: Self = Self { count: 0, wanted: 0, min: 0 };
 }
 
@@ -90,24 +91,25 @@ impl TileRequest {
 pub struct Request {
     /// The light that makes the request.
     pub key: Key,
-    /// The order of service: higher numbers first, then lower keys. NaN and negative numbers count as 0.
+    /// The importance of the light: greater values are served first, and equal ones by ascending key. NaN and negative
+    /// values count as 0.
     pub importance: f32,
-    /// The tiles of the atlas.
+    /// The requested tiles of the atlas.
     pub tiles: TileRequest,
-    /// The slots of each pool; those of one light follow one another.
+    /// The number of slots requested in each pool; the slots of one light are contiguous.
     pub slots: PoolCounts,
 }
 
-/// Why a light gets nothing.
+/// The reason why a light gets no tiles and slots.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Eviction {
     /// More important lights fill the atlas, each at the smallest size that it accepts.
     AtlasFull,
-    /// Even alone its tiles are too large for the atlas.
+    /// The light's tiles, at their smallest size, do not fit even into an empty atlas.
     AtlasTooSmall,
-    /// More important lights take all slots of the pool.
+    /// More important lights leave too few slots of the pool.
     PoolFull(Pool),
-    /// Even alone it needs more slots than the pool has.
+    /// The light needs more slots than the pool has.
     PoolTooSmall(Pool),
 }
 
@@ -125,26 +127,27 @@ impl fmt::Display for Eviction {
 /// The outcome of a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Fate {
-    /// It gets all that it asks for.
+    /// The light gets all that it requests.
     Granted,
-    /// It gets smaller tiles, since the atlas has no room for larger ones.
+    /// The light gets smaller tiles than it requests, since the atlas has no room for larger ones.
     Downsized {
-        /// The texels on a side that it asks for (as a power of two).
+        /// The requested side of a tile in texels, rounded up to a power of two.
         from: u32,
-        /// The texels on a side that it gets.
+        /// The granted side of a tile, in texels.
         to: u32,
     },
-    /// It gets nothing.
+    /// The light gets nothing, for this reason.
     Evicted(Eviction),
 }
 
-/// The grant of a light in a frame.
+/// The tiles and slots that a light gets in a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Grant<'a> {
     /// The outcome of the request.
     pub fate: Fate,
-    /// Its tiles; empty if it was evicted.
+    /// The granted tiles of the atlas; empty if the light requested none or was evicted.
     pub tiles: &'a [Tile],
-    /// The first slot of each pool; the others follow. Meaningless if it requested none or was evicted.
+    /// The index of the light's first slot in each pool; its other slots follow. Meaningless for a pool in which the
+    /// light requested no slots, and for an evicted light.
     pub first_slots: PoolCounts,
 }

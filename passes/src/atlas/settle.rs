@@ -5,21 +5,22 @@
 
 use super::request::PoolCounts;
 
-/// The numbers of a light that count.
+/// The values of a light's request after hysteresis, on which all decisions depend.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Settled {
     pub(super) importance: f32,
-    /// The class of size that is wanted.
+    /// The size class of the preferred tile: 0 for the smallest tile, 1 more for each doubling.
     pub(super) wanted: u8,
-    /// The smallest class of size.
+    /// The size class of the smallest acceptable tile.
     pub(super) min: u8,
     /// The number of tiles.
     pub(super) tiles: u32,
-    /// The slots needed.
+    /// The number of slots that the light needs in each pool.
     pub(super) slots: PoolCounts,
 }
 
-/// The importance that counts: the one of before while the new one is within a factor of 1 + `tolerance` of it.
+/// The importance after hysteresis: `before` while `asked` is within a factor of 1 + `tolerance` of it, else `asked`.
+/// NaN and negative values of `asked` count as 0.
 pub(super) fn importance(before: Option<f32>, asked: f32, tolerance: f32) -> f32 {
     let asked = if asked > 0.0 { asked.min(f32::MAX) } else { 0.0 };
     let factor = 1.0 + tolerance;
@@ -29,8 +30,9 @@ pub(super) fn importance(before: Option<f32>, asked: f32, tolerance: f32) -> f32
     }
 }
 
-/// The class of size (0: the smallest tile; each further one twice as large) that counts: the one of before while
-/// the texels asked for would, but for a factor of 1 + `tolerance`, be rounded up to it.
+/// The size class after hysteresis: 0 for the smallest tile, 1 more for each doubling. It stays `before` while a change
+/// of `texels` by a factor of at most 1 + `tolerance` would round up to it. `min` is the side of the smallest tile in
+/// texels, `max` the largest class.
 pub(super) fn class(before: Option<u8>, texels: u32, min: u32, max: u8, tolerance: f32) -> u8 {
     let asked = class_of(texels, min, max);
     let Some(before) = before.filter(|before| *before <= max) else { return asked };
@@ -42,7 +44,8 @@ pub(super) fn class(before: Option<u8>, texels: u32, min: u32, max: u8, toleranc
     if not_larger && not_smaller { before } else { asked }
 }
 
-/// The class of the tiles that have at least so many texels a side.
+/// The smallest size class whose tiles have at least `texels` texels on a side, at most `max`. `min` is the side of the
+/// smallest tile in texels.
 pub(super) fn class_of(texels: u32, min: u32, max: u8) -> u8 {
     let parts = texels.div_ceil(min).max(1);
     let class = u32::BITS - (parts - 1).leading_zeros();

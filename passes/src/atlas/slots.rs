@@ -8,27 +8,27 @@
 
 use std::collections::BTreeMap;
 
-/// The maximum number of slots of a row.
+/// The maximum number of slots of an allocator.
 pub const MAX_SLOTS: u32 = 1 << 16;
 
-/// A row of slots.
+/// An allocator of contiguous runs of slots, which have the indices 0 to the capacity minus 1.
 #[derive(Clone, Debug, Default)]
 pub struct SlotAllocator {
-    /// The free runs, none of which touch: the first slot of each, and the one behind its last.
+    /// The free runs, no two of them adjacent: the first slot of each run, and the slot after its last.
     free: BTreeMap<u32, u32>,
     capacity: u32,
 }
 
 impl SlotAllocator {
-    /// So many free slots.
+    /// Creates an allocator with `capacity` free slots, at most [`MAX_SLOTS`].
     pub fn new(capacity: u32) -> Self {
         let mut slots = Self::default();
         slots.set_capacity(capacity);
         slots
     }
 
-    /// Makes the row longer or shorter, up to [`MAX_SLOTS`]. Runs stay where they are; those beyond the end are
-    /// forgotten.
+    /// Changes the number of slots, up to [`MAX_SLOTS`]. Allocated runs stay in place; slots beyond the new end are
+    /// dropped.
     pub fn set_capacity(&mut self, capacity: u32) {
         let capacity = capacity.min(MAX_SLOTS);
         if capacity > self.capacity {
@@ -43,7 +43,8 @@ impl SlotAllocator {
         self.capacity = capacity;
     }
 
-    /// Takes `count` slots in a row and returns the first; `None` where there is no such run, or for no slots.
+    /// Allocates `count` contiguous slots and returns the first. Returns `None` if no free run is long enough, or if
+    /// `count` is 0.
     #[must_use]
     pub fn allocate(&mut self, count: u32) -> Option<u32> {
         let mut runs = self.free.iter().map(|(first, end)| (*first, *end));
@@ -55,7 +56,8 @@ impl SlotAllocator {
         Some(first)
     }
 
-    /// Gives slots back. False, with nothing changed, where not all of them are in use.
+    /// Releases `count` slots from `first` on. Returns `false`, and changes nothing, if one of them is not in use or
+    /// `count` is 0.
     pub fn release(&mut self, first: u32, count: u32) -> bool {
         let end = first.saturating_add(count);
         let before = self.free.range(..end).next_back();
@@ -66,12 +68,12 @@ impl SlotAllocator {
         true
     }
 
-    /// Gives all slots back.
+    /// Releases all slots.
     pub fn clear(&mut self) {
         *self = Self::new(self.capacity);
     }
 
-    /// Makes slots free, in one run with the free ones that they touch.
+    /// Marks the slots from `first` to before `end` as free, and merges them with adjacent free runs.
     fn set_free(&mut self, first: u32, end: u32) {
         let end = self.free.remove(&end).unwrap_or(end);
         match self.free.range_mut(..first).next_back() {

@@ -6,7 +6,7 @@ use umbragraph_test_support::random::Random;
 
 use super::*;
 
-/// The tile that covers each smallest square of an atlas, painted one by one.
+/// The tile that covers each square of the smallest size in an atlas; `None` for a free square.
 struct Canvas {
     across: usize,
     unit: u32,
@@ -29,7 +29,7 @@ impl Canvas {
         }
     }
 
-    /// Whether some aligned square of the size is free.
+    /// Returns `true` if an aligned square with a side of `size` texels is free.
     fn has_room(&self, size: u32) -> bool {
         let step = (size / self.unit) as usize;
         (0..self.across / step).any(|row| {

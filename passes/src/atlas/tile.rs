@@ -1,18 +1,19 @@
 //! A square of an atlas.
 
-/// A square of texels. Its side is a power of two, and its corner a multiple of its side.
+/// A square of texels in an atlas. Its side is a power of two, and the coordinates of its corner are multiples of its
+/// side.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Tile {
-    /// The leftmost texel.
+    /// The x coordinate of the leftmost texels.
     pub x: u32,
-    /// The uppermost texel.
+    /// The y coordinate of the uppermost texels.
     pub y: u32,
-    /// The texels on a side; 0 for no tile.
+    /// The side, in texels; 0 for no tile.
     pub size: u32,
 }
 
 impl Tile {
-    /// No tile.
+    /// The value that stands for no tile.
     pub const NONE: Self = Self { x: 0, y: 0, size: 0 };
 
     /// The tile as a view's viewport: x, y, width, height in texels.
@@ -20,25 +21,25 @@ impl Tile {
         [self.x, self.y, self.size, self.size]
     }
 
-    /// The number of texels.
+    /// The area, in texels.
     pub fn area(self) -> u64 {
         u64::from(self.size) * u64::from(self.size)
     }
 
-    /// Its number among the tiles of its size along the Z-shaped curve, which visits the four quarters of a square one
-    /// after the other: whatever lies in a block has numbers that begin with the block's.
+    /// The number of the tile among all tiles of its size along a Z-order curve (Morton order). Two bits less at the
+    /// end give the number of the enclosing tile of twice the side.
     pub(super) fn number(self) -> usize {
         let scale = self.size.max(1).trailing_zeros();
         spread(self.x >> scale) | spread(self.y >> scale) << 1
     }
 
-    /// The tile of a number and a size.
+    /// The tile with a number along the Z-order curve; `size` is its side in texels.
     pub(super) fn of_number(number: usize, size: u32) -> Self {
         Self { x: gather(number) * size, y: gather(number >> 1) * size, size }
     }
 }
 
-/// Sixteen bits, with a zero after each.
+/// Spreads the lower 16 bits to the even bit positions, with a zero bit between any two.
 fn spread(value: u32) -> usize {
     let mut value = value & 0xffff;
     value = (value | value << 8) & 0x00ff_00ff;
@@ -48,7 +49,7 @@ fn spread(value: u32) -> usize {
     value as usize
 }
 
-/// Every second bit.
+/// Gathers the bits at even positions in the lower 16 bits: the inverse of `spread`.
 fn gather(value: usize) -> u32 {
     let mut value = value as u32 & 0x5555_5555;
     value = (value | value >> 1) & 0x3333_3333;
@@ -62,7 +63,7 @@ mod tests {
     use super::*;
 
     impl Tile {
-        /// Whether two tiles have texels in common.
+        /// Returns `true` if two tiles have texels in common.
         pub(in crate::atlas) fn overlaps(self, other: Self) -> bool {
             self.x < other.x + other.size
                 && other.x < self.x + self.size

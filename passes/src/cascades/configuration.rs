@@ -25,23 +25,23 @@ use crate::words::{CAST_SHADOW, filters::CASTERS};
 pub struct Configuration {
     /// The light's name; `None` for the brightest directional light that casts shadows.
     pub light: Option<String>,
-    /// The far distances.
+    /// The far distance of each cascade along the view axis.
     pub splits: Splits,
     /// The zone in which a cascade blends into the next.
     pub blend: Blend,
-    /// The shape that slices are fitted with.
+    /// The shape that encloses each slice of the view frustum: a box, or a sphere with a box around it.
     pub shape: FitShape,
-    /// The grid that cascades are laid on.
+    /// The grid to which the texels of each cascade are snapped.
     pub snap: Snap,
     /// Whether texels are as wide as they are high.
     pub square: bool,
-    /// The texels on each side of a cascade that stay free for filter taps.
+    /// The border on each side of a cascade that its slice leaves free for filter taps, in texels.
     pub border: u32,
-    /// World direction that is up in the map.
+    /// The world direction that points up in the map.
     pub up: DVec3,
-    /// The position of the near plane.
+    /// The rule for the position of the near plane.
     pub near_pull: NearPull,
-    /// The distance of the far plane behind the slice, in metres.
+    /// The distance of the far plane from the slice, away from the light, in metres.
     pub far_extension: f64,
     /// Whether cascades are narrowed to the scene's bounds.
     pub clip_to_scene: bool,
@@ -58,13 +58,13 @@ pub struct Configuration {
 pub struct Cascade {
     /// The light view, with the layer and texels that it draws into.
     pub view: View,
-    /// World space to the map's uv (x, y) and clip depth (z).
+    /// The matrix from world space to the map's uv (x, y) and clip depth (z).
     pub texture_from_world: DMat4,
-    /// The part of the view axis.
+    /// The range of distances along the view axis that the cascade covers.
     pub slice: Slice,
-    /// Metres for each texel, of the larger side.
+    /// The larger side of a texel, in metres.
     pub texel_size: f64,
-    /// Metres between near and far plane.
+    /// The distance between near and far plane, in metres.
     pub depth_range: f64,
 }
 
@@ -111,12 +111,13 @@ impl Configuration {
         set
     }
 
-    /// Whether the cascades' range depends on the scene's bounds.
+    /// Returns `true` if the far plane is at infinity and the cascades cover the camera's entire depth range. Then the
+    /// scene's bounds limit them.
     fn needs_far(&self, far: f64) -> bool {
         far.is_infinite() && matches!(self.splits, Splits::Whole { .. })
     }
 
-    /// Whether a fit lacks the bounds of a frame.
+    /// The finding that the frame has no bounds although the fit needs them; `None` if nothing is missing.
     pub(crate) fn lacks_bounds(&self, frame: &FrameInput) -> Option<NoBounds> {
         let needed = matches!(self.near_pull, NearPull::Casters | NearPull::Scene);
         let (_, far) = frame.camera.projection.depth_range();
@@ -125,7 +126,8 @@ impl Configuration {
         lacks.then(|| NoBounds { reach: guessed.then_some(FAR_WITHOUT_BOUNDS) })
     }
 
-    /// One cascade; `None` if its numbers are beyond measure.
+    /// Fits the cascade with index `at` to a slice; `light` is the rotation from world to light space. Returns `None`
+    /// if a result is not finite in 32 bits.
     fn cascade(&self, at: usize, slice: Slice, frame: &FrameInput, light: &DMat3) -> Option<Cascade> {
         let FrameInput { camera, scene_bounds, .. } = frame;
         let mut extent = fit::extent(camera, &slice, light, self.shape);
@@ -175,7 +177,7 @@ impl Configuration {
 }
 
 impl Cascade {
-    /// Whether everything is finite once it is rounded to 32 bits.
+    /// Returns `true` if all values are finite after rounding to 32 bits.
     fn is_finite(&self) -> bool {
         let View { clip_from_world, view_from_world, position, forward, .. } = self.view;
         let matrices = [clip_from_world, view_from_world, self.texture_from_world];
@@ -187,11 +189,12 @@ impl Cascade {
     }
 }
 
-/// The shadow distance along the view for a camera without a far plane in a scene without bounds, in metres: as in
-/// landscapes, where maps are fitted to the visible part.
+/// The distance along the view axis at which shadows end, in metres, for a camera without a far plane in a scene
+/// without bounds.
 const FAR_WITHOUT_BOUNDS: f64 = 1000.0;
 
-/// The extent of the scene along the view axis, for a camera without a far plane.
+/// The distance of the farthest point of the scene along the view axis, in metres; [`FAR_WITHOUT_BOUNDS`] without
+/// bounds.
 fn farthest(frame: &FrameInput) -> f64 {
     let FrameInput { camera, scene_bounds, .. } = frame;
     if scene_bounds.is_empty() {
@@ -201,14 +204,15 @@ fn farthest(frame: &FrameInput) -> f64 {
     scene_bounds.corners().map(along).into_iter().fold(0.0, f64::max)
 }
 
-/// The largest and the smallest light-space z of scene and casters; `None` where there are no bounds.
+/// The largest and the smallest light-space z of scene and casters, in metres; `None` without bounds.
 fn scene_depths(frame: &FrameInput, light: &DMat3) -> Option<(f64, f64)> {
     let bounds = frame.scene_bounds.union(*frame.bounds_of(CASTERS));
     let bounds = fit::in_light_space(&bounds, light);
     (!bounds.is_empty()).then_some((bounds.max.z, bounds.min.z))
 }
 
-/// Light space to clip space: `near_center` becomes the middle of the near plane; `size` is width, height and depth.
+/// The orthographic projection from light to clip space. `near_center` is the centre of the near plane; `size` has
+/// width, height and depth in metres.
 fn orthographic(near_center: DVec3, size: DVec3, reverse: bool) -> DMat4 {
     let (depth, offset) = if reverse { (1.0 / size.z, 1.0) } else { (-1.0 / size.z, 0.0) };
     let scale = DVec3::new(2.0 / size.x, 2.0 / size.y, depth);
@@ -221,7 +225,8 @@ fn orthographic(near_center: DVec3, size: DVec3, reverse: bool) -> DMat4 {
     )
 }
 
-/// Clip space to the uv of the map (v points down); depth stays.
+/// The matrix from clip space to the uv of the map (v points down); depth stays unchanged. `scale_offset` is the
+/// transform from the cascade's uv to the map's.
 fn texture_from_clip(scale_offset: DVec4) -> DMat4 {
     let DVec4 { x: width, y: height, z: left, w: top } = scale_offset;
     DMat4::from_cols(

@@ -18,8 +18,7 @@ use crate::codes;
 use crate::if_said::if_said;
 use crate::lights::described;
 
-/// Evaluates all settings; `None` after at least one diagnostic. All settings are looked at, whatever the first
-/// diagnostic.
+/// Evaluates all settings of a `cascades` pass, even after a first error. Returns `None` after at least one diagnostic.
 pub(super) fn configuration(settings: &Cascades, pass: &mut PassBuilder<'_>) -> Option<Configuration> {
     let count = settings.splits.as_ref().and_then(|split| split.count.clone());
     let count = if_said(&count, |expr| {
@@ -34,7 +33,7 @@ pub(super) fn configuration(settings: &Cascades, pass: &mut PassBuilder<'_>) -> 
     Some(Configuration { light: settings.light.clone(), layout: layout?, ..live? })
 }
 
-/// Evaluates the settings that are live, again.
+/// Evaluates the live settings again, and updates the configuration; returns `None` after a diagnostic.
 pub(super) fn update(
     configuration: &mut Configuration,
     settings: &Cascades,
@@ -53,7 +52,8 @@ pub(super) fn update(
     Some(())
 }
 
-/// The number of cascades, which is structural, the border, and everything but the light and the layout.
+/// Evaluates the live settings. Returns the number of cascades, the border in texels, and a configuration without light
+/// and layout; each is `None` after a diagnostic. `count` is the number of cascades if it is known.
 fn live(
     settings: &Cascades,
     pass: &mut impl Evaluate,
@@ -144,7 +144,8 @@ fn splits(settings: &Cascades, pass: &mut impl Evaluate, count: Option<usize>) -
     Some(Splits::Formula { lambda, near, far: last, count })
 }
 
-/// The far distances, if they are above zero and increase, also as 32-bit numbers.
+/// Returns the far distances, in metres, if they are positive, finite and increasing after rounding to 32 bits. Returns
+/// `None` after a diagnostic.
 fn far_distances(far: Vec<f64>, far_setting: &Expr, pass: &mut impl Evaluate) -> Option<Vec<f64>> {
     let mut before = 0.0_f32;
     for (at, distance) in far.iter().enumerate() {
@@ -286,7 +287,8 @@ fn layout(settings: &Cascades, pass: &mut PassBuilder<'_>, resolutions: &[u32]) 
     errors.is_empty().then_some(layout)
 }
 
-/// The corners of tiles: a list of pairs, or one list of x, y, x, y and so on.
+/// Evaluates the upper left texels of the tiles: a list of [x, y], or a flat list of x, y, x, y and so on. Returns
+/// `None` after a diagnostic.
 fn origins(expr: &Expr, pass: &mut PassBuilder<'_>, count: usize) -> Option<Vec<UVec2>> {
     let value = pass.value(expr, "/tiles")?;
     let origins: Option<Vec<UVec2>> = match &value {
@@ -306,7 +308,8 @@ fn origins(expr: &Expr, pass: &mut PassBuilder<'_>, count: usize) -> Option<Vec<
     pass.reject(codes::CASCADE_TILE, "/tiles", message, help)
 }
 
-/// The pointer of an element, where the list is written out; else that of the expression which yields the list.
+/// The JSON pointer of element `at` if the document writes the list as an array; else the pointer of the expression for
+/// the list.
 fn element(list: &Expr, pointer: &str, at: usize) -> String {
     match &list.0 {
         serde_json::Value::Array(_) => format!("{pointer}/{at}"),
@@ -314,7 +317,7 @@ fn element(list: &Expr, pointer: &str, at: usize) -> String {
     }
 }
 
-/// Two whole numbers of texels.
+/// Returns two numbers as texels; `None` unless they are exactly two integers from 0 to [`MAX_SIDE`].
 fn texels(numbers: &[f64]) -> Option<UVec2> {
     let whole = |number: f64| {
         (number.fract() == 0.0 && (0.0..=f64::from(MAX_SIDE)).contains(&number)).then_some(number as u32)

@@ -19,31 +19,33 @@ use umbragraph_pipeline::frame::Bounds;
 
 use super::snap::Rectangle;
 
-/// The farthest that a plane is moved beyond the slice, in metres; a 32-bit depth still tells centimetres apart there.
+/// The maximum distance by which casters or settings move a plane away from the slice, in metres. 32-bit depth still
+/// resolves centimetres at this distance.
 pub const LONGEST_REACH: f64 = 1e5;
 
-/// Coordinates beyond this, in metres, count as this, so that clipping stays exact; 32 bits do not tell a house from
-/// its neighbour there.
+/// The largest absolute coordinate of casters, in metres; greater ones are reduced to it, so that clipping stays exact.
+/// 32 bits do not tell a house from its neighbour there.
 const MAX_WORLD: f64 = 1e9;
 
-/// The distance of the near plane towards the light.
+/// The rule for the position of a cascade's near plane.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum NearPull {
-    /// The near plane lies at the casters' bounds.
+    /// The near plane lies at the highest point of the casters' bounds above the cascade.
     #[default]
     Casters,
-    /// The near plane lies so many metres beyond the slice.
+    /// The near plane lies this many metres from the slice towards the light.
     Metres(f64),
     /// Near and far plane lie at the scene's bounds, wherever the slice is: depth stays the same while the camera
     /// moves.
     Scene,
 }
 
-/// The corners of a box's faces, as [`Bounds::corners`] counts them.
+/// The four corners of each face of a box, as indices in [`Bounds::corners`].
 const FACES: [[usize; 4]; 6] =
     [[0, 2, 6, 4], [1, 3, 7, 5], [0, 1, 5, 4], [2, 3, 7, 6], [0, 1, 3, 2], [4, 5, 7, 6]];
 
-/// The planes as light-space z: (near, far), near above far.
+/// The near and far plane of a cascade as light-space z in metres; near is greater, since z grows towards the light.
+/// `slice` has the greatest and the smallest z of the slice; `light` is the rotation from world to light space.
 pub fn planes(
     slice: (f64, f64),
     rectangle: &Rectangle,
@@ -65,7 +67,8 @@ pub fn planes(
     (((near / step).ceil() + 1.0) * step, (((slice_far - far_extension) / step).floor() - 1.0) * step)
 }
 
-/// The largest light-space z of the part of a box that lies above a rectangle; `None` if no part does.
+/// The largest light-space z, in metres, of the part of a box that lies above or below a rectangle; `None` if there is
+/// no such part. `light` is the rotation from world to light space.
 pub fn highest(bounds: &Bounds, light: &DMat3, rectangle: &Rectangle) -> Option<f64> {
     if bounds.is_empty() {
         return None;
@@ -80,7 +83,8 @@ pub fn highest(bounds: &Bounds, light: &DMat3, rectangle: &Rectangle) -> Option<
         .max_by(f64::total_cmp)
 }
 
-/// A convex polygon: a quad has four points, and each of four cuts adds one at most; rounding may add a few more.
+/// A convex polygon in light space. A quad that is clipped at four lines has at most eight points; rounding may add a
+/// few more.
 #[derive(Clone, Copy)]
 struct Polygon {
     points: [DVec3; 16],
@@ -101,7 +105,7 @@ impl Polygon {
             .cut(|point| high.y - point.y)
     }
 
-    /// The part where `distance` is not negative.
+    /// The part of the polygon in which `distance` is not negative.
     fn cut(self, distance: impl Fn(DVec3) -> f64) -> Self {
         let mut cut = Self { count: 0, ..self };
         for at in 0..self.count {

@@ -23,16 +23,16 @@ use umbragraph_pipeline::frame::{Bounds, Camera, Projection};
 
 use super::splits::Slice;
 
-/// The shape that a slice is fitted with.
+/// The shape that encloses a slice of the view frustum.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum FitShape {
-    /// The box around the slice: the most texels for each metre, but sizes change as the camera turns.
+    /// The axis-aligned box around the slice: the most texels for each metre, but its size changes as the camera turns.
     Tight,
-    /// The same, with sides that lie along the view, in steps of 15 degrees: the most texels for views that are longer
-    /// than wide.
+    /// The box around the slice with sides along the view direction, turned in steps of 15 degrees: the most texels for
+    /// views that are longer than wide.
     Aligned,
-    /// The box around a sphere: sizes stay as the camera turns.
+    /// The box around a sphere that encloses the slice: its size stays the same as the camera turns.
     #[default]
     Sphere,
 }
@@ -42,15 +42,16 @@ pub enum FitShape {
 pub struct Extent {
     /// The corner of the minimum coordinates, in metres.
     pub min: DVec3,
-    /// The size in x and y, in metres; it depends on the camera's position in no way.
+    /// The size in x and y, in metres; it does not depend on the camera's position.
     pub size: DVec2,
-    /// The largest z, in metres.
+    /// The largest z, in metres: the side towards the light.
     pub near: f64,
     /// The centre of the slice, in metres.
     pub center: DVec3,
 }
 
-/// The box around a slice of a camera, in the light space of `light`.
+/// The box in light space around a slice of the camera's view frustum. `light` is the rotation from world to light
+/// space.
 pub fn extent(camera: &Camera, slice: &Slice, light: &DMat3, shape: FitShape) -> Extent {
     let origin = camera.position(DVec3::ZERO);
     let (near, far) = (origin.slice_corners(slice.begin), origin.slice_corners(slice.end));
@@ -74,7 +75,8 @@ pub fn extent(camera: &Camera, slice: &Slice, light: &DMat3, shape: FitShape) ->
     }
 }
 
-/// The light space whose upper side lies nearest to where a camera looks, of those that are turned by steps.
+/// Turns light space about the light's direction in steps of 15°, so that its y axis lies as near as possible to the
+/// view direction.
 pub fn aligned(light: &DMat3, camera: &Camera) -> DMat3 {
     const STEP: f64 = PI / 12.0;
     let ahead = *light * camera.forward();
@@ -83,7 +85,7 @@ pub fn aligned(light: &DMat3, camera: &Camera) -> DMat3 {
     DMat3::from_rotation_z((turn / STEP).round() * STEP) * *light
 }
 
-/// The distance of the centre along the view axis, and the radius, of the sphere around a slice.
+/// The sphere that encloses a slice: the distance of its centre along the view axis, and its radius, in metres.
 pub fn sphere(projection: &Projection, aspect: f64, slice: &Slice) -> (f64, f64) {
     let Slice { begin, end, .. } = *slice;
     // From the view axis to a corner of the picture: at 1 m, or anywhere if it is orthographic.
@@ -105,10 +107,10 @@ pub fn sphere(projection: &Projection, aspect: f64, slice: &Slice) -> (f64, f64)
 
 /// Narrows an extent to the scene's bounds, on each axis of light space.
 ///
-/// The size becomes the smaller of the slice's and the scene's. Both are constant while the camera moves (the slice's)
-/// and while nothing in the scene does (the scene's, which is rounded up to a quarter of an octave, so that small
-/// animations do not change it), so the narrowed size is constant too. It suffices: two intervals have no more in
-/// common than the shorter of the two is long.
+/// The new size is the smaller of the slice's size and the scene's. The slice's size is constant while the camera
+/// moves, and the scene's size while the scene does not change; so the new size is constant too. The scene's size is
+/// rounded up to a quarter of an octave, so that small animations do not change it. The new size is large enough: the
+/// overlap of two intervals is at most as long as the shorter interval.
 #[must_use]
 pub fn within_scene(extent: Extent, scene: &Bounds, light: &DMat3) -> Extent {
     let scene = in_light_space(scene, light);
@@ -127,7 +129,7 @@ pub fn within_scene(extent: Extent, scene: &Bounds, light: &DMat3) -> Extent {
     }
 }
 
-/// The box around a box, in light space.
+/// The axis-aligned box in light space around a box in world space. `light` is the rotation from world to light space.
 pub fn in_light_space(bounds: &Bounds, light: &DMat3) -> Bounds {
     if bounds.is_empty() {
         return Bounds::EMPTY;

@@ -14,27 +14,27 @@ use super::MAX_CASCADES;
 /// The part of a map that one cascade draws into.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Tile {
-    /// The layer.
+    /// The index of the layer in the texture.
     pub layer: u32,
     /// The texel of the upper left corner.
     pub origin: UVec2,
-    /// The texels in x and in y.
+    /// The width and height, in texels.
     pub resolution: u32,
 }
 
-/// The parts of a map that cascades draw into.
+/// The size of a shadow map, and the part of it that each cascade draws into.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Layout {
     /// The width and height of the map, in texels.
     pub map: UVec2,
-    /// One for each cascade.
+    /// The part of the map for each cascade; zero from the number of cascades on.
     pub tiles: [Tile; MAX_CASCADES],
 }
 
 /// The largest side of a map, in texels.
 pub const MAX_SIDE: u32 = 1 << 16;
 
-/// Why tiles cannot be drawn into a map.
+/// The reason why the tiles of cascades do not fit a map.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LayoutError {
     /// A tile reaches beyond the map.
@@ -52,12 +52,14 @@ pub enum LayoutError {
 }
 
 impl Layout {
-    /// A layer for each cascade; `map` is as large as the largest resolution where it is not given.
+    /// Creates a layout with a layer for each cascade. `map` is the size of the map in texels; `None` is the largest
+    /// resolution.
     pub fn layers(resolutions: &[u32], map: Option<UVec2>) -> Self {
         Self::of(resolutions, map, |at| (at as u32, UVec2::ZERO))
     }
 
-    /// A tile of layer 0 for each cascade; `map` just holds all tiles where it is not given.
+    /// Creates a layout with a tile of layer 0 for each cascade. `map` is the size of the map in texels; `None` is the
+    /// smallest that holds all tiles.
     pub fn tiles(resolutions: &[u32], origins: &[UVec2], map: Option<UVec2>) -> Self {
         Self::of(resolutions, map, |at| (0, origins.get(at).copied().unwrap_or_default()))
     }
@@ -72,7 +74,7 @@ impl Layout {
         Self { map: map.unwrap_or(needed), tiles }
     }
 
-    /// Every tile that cannot be drawn.
+    /// The errors in the first `count` tiles; empty if all lie inside the map and none overlap.
     pub fn errors(&self, count: usize) -> Vec<LayoutError> {
         let tiles = &self.tiles[..count.min(MAX_CASCADES)];
         let mut errors = Vec::new();
@@ -109,7 +111,7 @@ impl Layout {
 }
 
 impl Tile {
-    /// The texel beyond the lower right corner.
+    /// The texel coordinates just beyond the lower right corner.
     pub fn end(&self) -> UVec2 {
         self.origin.saturating_add(UVec2::splat(self.resolution))
     }

@@ -15,11 +15,11 @@ use umbragraph_pipeline::frame::{Light, LightKind};
 
 use crate::words::CAST_SHADOW;
 
-/// The cosine between light and up vector from which on another up vector is taken.
+/// The cosine of the angle between light and up vector from which another up vector is used: about 8°.
 const PARALLEL: f64 = 0.99;
 
-/// The directional light of a name, or the one that matters most; see the module. Lights with unusable values are
-/// passed over. With its position in the list.
+/// Chooses a directional light and returns it with its index: the brightest that casts shadows, or else the brightest.
+/// With a name, only lights of this name count. Lights with unusable values are ignored; `None` if no light is left.
 pub fn choose<'a>(lights: &'a [Light], name: Option<&str>) -> Option<(usize, &'a Light)> {
     lights
         .iter()
@@ -33,18 +33,18 @@ pub fn choose<'a>(lights: &'a [Light], name: Option<&str>) -> Option<(usize, &'a
         })
 }
 
-/// Intensity times luminance.
+/// The intensity times the luminance of the colour: in lux for a directional light, else in candela.
 pub(crate) fn brightness(light: &Light) -> f64 {
     f64::from(light.intensity) * light.color.as_dvec3().dot(DVec3::new(0.2126, 0.7152, 0.0722))
 }
 
-/// Colour times intensity, kept within what 32 bits hold.
+/// The colour times the intensity (lux for a directional light, else candela), limited to the finite range of `f32`.
 pub fn radiance(light: &Light) -> Vec3 {
     (light.color * light.intensity).clamp(Vec3::splat(f32::MIN), Vec3::splat(f32::MAX))
 }
 
-/// World to light space for a light that travels along the unit vector `direction`; `up` becomes the upper side of
-/// the map, unless it is nearly parallel to the light: then the world's Y axis does, or Z where that is parallel too.
+/// The rotation from world to light space for a light that shines along the unit vector `direction`. `up` points up in
+/// the map unless it is nearly parallel to the light. Then the world's Y axis does, or Z if Y is parallel too.
 pub fn from_world(direction: DVec3, up: DVec3) -> DMat3 {
     let back = -direction;
     let usable = |up: &DVec3| up.dot(direction).abs() < PARALLEL;

@@ -31,76 +31,79 @@ use crate::words::CAST_SHADOW;
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Cascades {
-    /// The blackboard data to publish.
+    /// The name of the blackboard data to publish.
     pub to: Ref,
-    /// The name of a directional light. Without it: the brightest that casts shadows, of equally bright ones the
+    /// The name of a directional light. By default the brightest that casts shadows; of equally bright ones the
     /// alphabetically first.
     pub light: Option<String>,
-    /// The blackboard data of a `shadow_atlas`. With it the node fits the cascades of every directional light that has
-    /// layers there. It then publishes descriptors (see [`crate::lights::descriptor`]) instead of the values of one
-    /// light.
+    /// The blackboard data that a `shadow_atlas` pass publishes. With this key the node fits the cascades of every
+    /// directional light that has layers there. It then publishes descriptors (see [`crate::lights::descriptor`])
+    /// instead of the values of one light.
     pub placement: Option<Ref>,
-    /// With a placement: the layers of the array, which is the maximum number of cascades of all directional lights
-    /// together; the number of cascades without it.
+    /// With "placement", the number of layers of the texture array: the maximum number of cascades of all directional
+    /// lights together. By default the number of cascades of one light.
     pub layers: Option<Expr>,
     /// The far distance of each cascade, in metres along the view axis, strictly increasing. The formulas of "splits"
     /// use the last one only.
     pub far: Expr,
-    /// The rule for the far distances; without it they are those of "far".
+    /// The rule for the far distances; by default "far" lists them.
     pub splits: Option<SplitSettings>,
-    /// The texels of each cascade's map in x and in y: one number for all, or a list with one for each.
+    /// The width and height of each cascade's map, in texels: one number for all, or a list with one for each.
     pub resolution: Expr,
-    /// The upper left texel of each cascade in a map that all share, as a list of [x, y]. Without it each cascade has a
-    /// layer of its own.
+    /// The upper left texel of each cascade in a map that all cascades share, as a list of [x, y]. By default each
+    /// cascade has its own layer.
     pub tiles: Option<Expr>,
-    /// Width and height of the map, in texels. Without it: the smallest that holds the tiles, or with layers the
+    /// The width and height of the map, in texels. By default the smallest that holds all tiles, or with layers the
     /// largest resolution.
     pub map: Option<Expr>,
-    /// Whether depth runs from 1 at the near plane to 0 at the far plane; false without it.
+    /// Whether depth runs from 1 at the near plane to 0 at the far plane; false by default.
     pub reverse: Option<Expr>,
-    /// The shape that each slice is fitted with; "sphere" without it.
+    /// The shape that encloses each slice of the view frustum; "sphere" by default.
     pub fit: Option<Word<FitShape>>,
-    /// The grid that each cascade is laid on; "world" without it.
+    /// The grid to which the texels of each cascade are snapped; "world" by default.
     pub snap: Option<Word<Snap>>,
-    /// Whether texels are as wide as they are high; true without it.
+    /// Whether texels are as wide as they are high; true by default.
     pub square_texels: Option<Expr>,
-    /// The texels on each side of a cascade that its slice leaves free, for filter taps; 2 without it.
+    /// The border on each side of a cascade that its slice leaves free for filter taps, in texels; 2 by default.
     pub border: Option<Expr>,
-    /// The world direction that is up in the map; [0, 1, 0] without it.
+    /// The world direction that points up in the map; [0, 1, 0] by default.
     pub up: Option<Expr>,
-    /// The distance by which the near plane is pulled towards the light. "casters" (also without it) pulls it to the
-    /// bounds of the casters, a number that many metres beyond the slice. "scene" sets both planes to the bounds of the
-    /// scene, so that depth stays as it is while the camera moves.
+    /// The position of the near plane. "casters", the default, places it at the bounds of the casters; a number, so
+    /// many metres from the slice towards the light. "scene" places near and far plane at the bounds of the scene, so
+    /// that depth stays the same while the camera moves.
     #[schemars(with = "Option<AnyExpr>")]
     pub near_pull: Option<Expr>,
-    /// The distance of the far plane behind the slice, in metres; 0 without it.
+    /// The distance of the far plane from the slice, away from the light, in metres; 0 by default.
     pub far_extension: Option<Expr>,
-    /// Whether cascades are narrowed to the bounds of the scene, which gives the far ones more texels; false without
-    /// it. Texels stay in place while the bounds do not change much.
+    /// Whether cascades are narrowed to the bounds of the scene, which gives distant cascades smaller texels; false by
+    /// default. Texels stay in place while the bounds do not change much.
     pub clip_to_scene: Option<Expr>,
-    /// With a placement: the filter that shaders use, so that cascades in which its bounds bite can be reported.
+    /// With "placement", the width of the shaders' shadow filter. A notice then reports the cascades in which the
+    /// bounds in texels change the width.
     pub shadow_filter: Option<FilterSettings>,
-    /// With a placement: the angle under which directional lights are seen that say none (unit: radians); 0 without it.
+    /// With "placement", the angular diameter of directional lights that declare none (unit: radians); 0 by default.
     pub light_size: Option<Expr>,
-    /// The most frames that what casters did waits for, in maps that a pass keeps ("redraw": "changed"): 1, so that
-    /// nothing waits, without it. Cascades whose texels are 2, 4, 8 times as wide as those of the first wait as long.
+    /// The maximum number of frames, 1 to 64, that a change of shadow casters waits to be drawn into maps that a pass
+    /// keeps ("redraw": "changed"). 1, the default, is no wait. Cascades with texels 2, 4 or 8 times as wide as those
+    /// of the first cascade wait up to 2, 4 or 8 frames.
     pub cadence: Option<Expr>,
-    /// The zone at the end of each cascade that blends into the next, which is fitted to cover it; none without it.
+    /// The zone at the end of each cascade that blends into the next cascade. The next cascade covers this zone too.
+    /// None by default.
     pub blend: Option<BlendSettings>,
 }
 
-/// The rule for the far distances.
+/// The rule for the far distances of the cascades.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SplitSettings {
-    /// The scheme; "explicit" without it.
+    /// The split scheme; "explicit" by default.
     pub scheme: Option<Word<SplitScheme>>,
-    /// The number of cascades, 1 to 8; without it as many as there are far distances. With the scheme "explicit" the
-    /// first so many far distances are used.
+    /// The number of cascades, 1 to 8; by default the number of far distances. The scheme "explicit" uses only this
+    /// many of the far distances.
     pub count: Option<Expr>,
-    /// The near distance in the formulas, in metres along the view axis; without it the camera's near plane.
+    /// The near distance in the formulas, in metres along the view axis; by default that of the camera's near plane.
     pub near: Option<Expr>,
-    /// The weight of the logarithmic part in the scheme "practical", 0 to 1; 0.5 without it.
+    /// The weight of the logarithmic part in the scheme "practical", 0 to 1; 0.5 by default.
     pub lambda: Option<Expr>,
 }
 
@@ -108,9 +111,9 @@ pub struct SplitSettings {
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BlendSettings {
-    /// The zone as a fraction, from 0 (none) to 1.
+    /// The length of the zone as a fraction of the distance "of", from 0 (no blending) to 1.
     pub fraction: Expr,
-    /// The distance that the fraction refers to; "far" without it.
+    /// The distance that the fraction refers to; "far" by default.
     pub of: Option<Word<BlendOf>>,
 }
 
@@ -169,7 +172,7 @@ struct RunCascades {
     configuration: Configuration,
 }
 
-/// The last notices: missing bounds, a light without shadows.
+/// Whether the last notices report missing bounds, and whether they report a light that casts no shadows.
 type Said = (bool, bool);
 
 impl CpuNode for RunCascades {
@@ -231,7 +234,7 @@ fn publish(configuration: &Configuration, set: &CascadeSet, data: &mut Blackboar
     }
 }
 
-/// Rounded to 32 bits, within what they hold.
+/// Rounds a value to 32 bits, limited to the finite range of `f32`.
 fn bounded(value: f64) -> f32 {
     value.clamp(f64::from(f32::MIN), f64::from(f32::MAX)) as f32
 }

@@ -24,28 +24,29 @@ use serde::Deserialize;
 
 use super::fit::Extent;
 
-/// The grid that a cascade is laid on.
+/// The grid to which the texels of a cascade are snapped.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Snap {
-    /// Whole texels of the world, rounded down: static points move by whole texels as the camera moves.
+    /// The corner in light space is rounded down to whole texels: static points move by whole texels as the camera
+    /// moves.
     #[default]
     World,
-    /// The projected world origin rounded to whole texels: static points move by whole texels, too.
+    /// The projected world origin is rounded to whole texels: static points move by whole texels, too.
     Origin,
-    /// The projection's translation rounded down to whole texels (2 / resolution in clip space) in a light view centred
-    /// on the slice: static points move by fractions of texels.
+    /// The projection's translation, in a light view centred on the slice, is rounded down to whole texels (2 /
+    /// resolution in clip space). Static points move by fractions of texels.
     Projection,
-    /// No grid.
+    /// No grid: static points move by fractions of texels.
     None,
 }
 
-/// The texels of a cascade.
+/// The resolution of a cascade and the use of its texels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Texels {
-    /// The texels in x and in y.
+    /// The width and height of the cascade, in texels.
     pub resolution: u32,
-    /// The texels on each side that stay free for filter taps.
+    /// The border on each side that stays free for filter taps, in texels.
     pub border: u32,
     /// Whether texels are as wide as they are high.
     pub square: bool,
@@ -58,11 +59,11 @@ pub struct Rectangle {
     pub min: DVec2,
     /// The size of a texel, in metres.
     pub texel: DVec2,
-    /// The size, in metres: that of all texels.
+    /// The width and height of the rectangle, in metres.
     pub size: DVec2,
 }
 
-/// The rectangle that holds an extent.
+/// The rectangle of whole texels that contains an extent and the border around it, snapped to a grid.
 pub fn rectangle(extent: &Extent, texels: Texels, snap: Snap) -> Rectangle {
     let Texels { resolution, border, square } = texels;
     let usable = (f64::from(resolution) - 2.0 * f64::from(border) - 1.0).max(1.0);

@@ -29,14 +29,14 @@ pub enum SplitScheme {
     /// The far distances as they are listed.
     #[default]
     Explicit,
-    /// Equal ranges.
+    /// All cascades have ranges of equal length.
     Uniform,
-    /// Equal ratios.
+    /// Each far distance is the same multiple of the one before.
     Logarithmic,
-    /// A mix of the logarithmic (weight lambda) and the uniform (weight 1 − lambda).
+    /// The weighted mean of the logarithmic distance (weight lambda) and the uniform distance (weight 1 − lambda).
     Practical,
-    /// Every cascade has the whole range of the camera: for casters that may be drawn into any of them, where a pass on
-    /// the GPU fits the cascades themselves.
+    /// Each cascade covers the camera's entire depth range, so that casters may be drawn into any cascade. A pass on
+    /// the GPU then fits the cascades.
     Whole,
 }
 
@@ -47,7 +47,7 @@ pub enum BlendOf {
     /// A fraction of the cascade's far distance.
     #[default]
     Far,
-    /// A fraction of the cascade's range: its far distance less that of the cascade before (for the first: less the
+    /// A fraction of the cascade's range, which begins at the far distance of the cascade before (for the first: at the
     /// near distance).
     Range,
 }
@@ -55,23 +55,23 @@ pub enum BlendOf {
 /// The end of each cascade's range that blends into the next cascade.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Blend {
-    /// The zone as a fraction, from 0 (no blending) to 1.
+    /// The length of the zone as a fraction of the distance `of`, from 0 (no blending) to 1.
     pub fraction: f64,
     /// The distance that the fraction refers to.
     pub of: BlendOf,
 }
 
-/// The far distances.
+/// The far distances of the cascades, or the formula for them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Splits {
     /// The far distances as they are listed.
     Explicit {
-        /// Metres, strictly increasing; the first `count` count.
+        /// The far distances in metres, strictly increasing; only the first `count` are used.
         far: [f64; MAX_CASCADES],
         /// The number of cascades.
         count: usize,
     },
-    /// Far distances by the practical formula.
+    /// The far distances are computed by the practical formula.
     Formula {
         /// The weight of the logarithmic part: 0 is the uniform scheme, 1 the logarithmic.
         lambda: f64,
@@ -82,7 +82,7 @@ pub enum Splits {
         /// The number of cascades.
         count: usize,
     },
-    /// Every cascade has the whole range of the camera.
+    /// Each cascade covers the camera's entire depth range.
     Whole {
         /// The number of cascades.
         count: usize,
@@ -96,7 +96,7 @@ pub struct Slice {
     pub begin: f64,
     /// The end of the range: the far distance, at most the camera's far plane.
     pub end: f64,
-    /// The far distance.
+    /// The far distance of the cascade, which can lie beyond the camera's far plane.
     pub far: f64,
     /// The distance at which the cascade begins to blend into the next.
     pub blend_start: f64,
@@ -112,7 +112,8 @@ impl Splits {
         }
     }
 
-    /// The near distance of formulas and ranges, for a camera with this near plane.
+    /// The near distance from which the splits are computed, in metres. `camera_near` is the distance of the camera's
+    /// near plane.
     pub fn near(&self, camera_near: f64) -> f64 {
         match self {
             Splits::Explicit { .. } | Splits::Whole { .. } => camera_near,
@@ -120,7 +121,8 @@ impl Splits {
         }
     }
 
-    /// The far distances for a camera with this near plane; beyond the count they are zero.
+    /// The far distances in metres; zero from the number of cascades on. `camera_near` is the distance of the camera's
+    /// near plane.
     pub fn far(&self, camera_near: f64) -> [f64; MAX_CASCADES] {
         let mut distances = [0.0; MAX_CASCADES];
         let count = self.count();
@@ -137,7 +139,8 @@ impl Splits {
         distances
     }
 
-    /// The slices of a camera whose planes stand at `near` and `far`: those that begin before its far plane.
+    /// The slices of a camera with its planes at `near` and `far`, in metres. Slices that begin beyond the far plane
+    /// are left out.
     pub fn slices(&self, blend: Blend, near: f64, far: f64) -> impl Iterator<Item = Slice> + use<> {
         let is_whole = matches!(self, Splits::Whole { .. });
         let distances = self.far(near);
@@ -166,7 +169,8 @@ impl Splits {
     }
 }
 
-/// The practical split at a part (0 to 1) of the range.
+/// The practical split distance in metres at the fraction `part` (0 to 1) of the range from `near` to `far`. `lambda`
+/// is the weight of the logarithmic part.
 pub fn practical(lambda: f64, near: f64, far: f64, part: f64) -> f64 {
     lambda * near * (far / near).powf(part) + (1.0 - lambda) * (near + (far - near) * part)
 }

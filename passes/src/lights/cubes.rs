@@ -20,19 +20,19 @@ use super::placement::{self, Backing, Entry};
 use crate::views::cube::{CubeViews, Face};
 use crate::views::depth_coefficients;
 
-/// The texels on each side of a face that lie beyond its 90°, so that the four texels around a place at its edge are
-/// there.
+/// The border on each side of a face, in texels beyond its 90°. Bilinear filtering at the edge of a face then finds all
+/// four texels.
 const BORDER: f64 = 1.0;
 
-/// Publishes six views and a descriptor for each point light that has a cube.
+/// Publishes six views and a shadow descriptor for each point light with a cube for its shadow maps.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CubeShadows {
-    /// The maximum number of point lights.
+    /// The maximum number of point lights with shadows, 1 to 341.
     pub capacity: Expr,
     /// The width and height of each face, in texels.
     pub side: Expr,
-    /// The common settings of every light.
+    /// The settings that `spot_shadows` and `cube_shadows` have in common.
     #[serde(flatten)]
     pub described: DescribedSettings,
 }

@@ -23,28 +23,30 @@ use super::placement::{self, Entry};
 use super::word;
 use crate::importance::Eye;
 
-/// The most frames that what casters did can wait for.
+/// The largest value of "cadence": the number of frames that a change of shadow casters may wait to be drawn.
 const MAX_CADENCE: u32 = 64;
 
-/// The settings of a node that describes lights of one position.
+/// The settings that the node kinds `spot_shadows` and `cube_shadows` have in common.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 pub struct DescribedSettings {
-    /// The blackboard data to publish.
+    /// The name of the blackboard data to publish.
     pub to: Ref,
-    /// The blackboard data of a `shadow_atlas`.
+    /// The blackboard data that a `shadow_atlas` pass publishes.
     pub placement: Ref,
-    /// Whether depth runs from 1 at the near plane to 0 at the far plane; false without it.
+    /// Whether depth runs from 1 at the near plane to 0 at the far plane; false by default.
     pub reverse: Option<Expr>,
-    /// The filter that shaders use, so that the distances at which its bounds bite can be reported.
+    /// The width of the shaders' shadow filter. With this key, a notice reports the distances at which the bounds in
+    /// texels change the width.
     pub shadow_filter: Option<FilterSettings>,
-    /// The radius of lights that say none, in metres; 0 without it.
+    /// The radius of lights that declare none, in metres; 0 by default.
     pub light_size: Option<Expr>,
-    /// The most frames that what casters did waits for, in maps that a pass keeps ("redraw": "changed"): 1, so that
-    /// nothing waits, without it. The maps of lights that matter less wait for 1, 2, 4, 8 and so on.
+    /// The maximum number of frames, 1 to 64, that a change of shadow casters waits to be drawn into maps that a pass
+    /// keeps ("redraw": "changed"). 1, the default, is no wait. Less important lights wait longer: up to 1, 2, 4, 8 and
+    /// so on.
     pub cadence: Option<Expr>,
 }
 
-/// The settings of a node that describes lights which are live.
+/// The live settings of a node that publishes shadow descriptors: their values can change from frame to frame.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct LiveShadows {
     pub(crate) filter: Option<FilterSettings>,
@@ -53,7 +55,8 @@ pub(crate) struct LiveShadows {
 }
 
 impl LiveShadows {
-    /// The filter, the size of lights that say none, and the longest cadence.
+    /// Evaluates the filter, the size of lights that declare none, and the largest cadence in frames. Returns `None`
+    /// after a diagnostic.
     fn evaluate(&self, pass: &mut impl Evaluate) -> Option<(Option<Filter>, f64, u32)> {
         let filter = Filter::declare(self.filter.as_ref(), pass);
         let light_size = pass.number_or(&self.light_size, "/light_size", 0.0);
@@ -62,7 +65,7 @@ impl LiveShadows {
     }
 }
 
-/// The longest cadence, from 1.
+/// Evaluates "cadence", a number of frames from 1 to [`MAX_CADENCE`], by default 1; returns `None` after a diagnostic.
 pub(crate) fn cadence(pass: &mut impl Evaluate, setting: &Option<Expr>) -> Option<u32> {
     let cadence = pass.count_or(setting, "/cadence", 1)?;
     if (1..=MAX_CADENCE).contains(&cadence) {
@@ -73,8 +76,8 @@ pub(crate) fn cadence(pass: &mut impl Evaluate, setting: &Option<Expr>) -> Optio
 }
 
 impl DescribedSettings {
-    /// Declares the node; `describe` makes what is published and the backing of further
-    /// settings and of whether depth is reversed.
+    /// Declares the node. From the `further` settings and from whether depth is reversed, `describe` makes the shape of
+    /// the published data and the implementation for the backing.
     pub(crate) fn declare<T, D: DescribeShadows>(
         &self,
         pass: &mut PassBuilder<'_>,
@@ -93,48 +96,50 @@ impl DescribedSettings {
     }
 }
 
-/// The description of the lights of one backing.
+/// Describes the shadow maps of lights with one kind of backing: atlas tiles, cubes or layers.
 pub(crate) trait DescribeShadows: Clone + Debug + PartialEq + Send + Sync + 'static {
-    /// Describes a placed light of this backing; ignores lights of other backings.
+    /// Adds the views and descriptors of a placed light to the output; ignores lights with another backing.
     fn describe(&self, entry: &Entry, output: &mut ShadowOutput<'_>);
-    /// Whether a frame with lights of this backing lacks bounds.
+    /// The finding that a frame has no bounds although this backing needs them; `None` if nothing is missing.
     fn lacks(&self, _frame: &FrameInput) -> Option<NoBounds> {
         None
     }
-    /// Takes over live settings of its own; `None` after a diagnostic.
+    /// Evaluates the live settings of this backing again; returns `None` after a diagnostic.
     fn update(&mut self, _settings: &mut LiveSettings<'_>) -> Option<()> {
         Some(())
     }
 }
 
-/// The output for one frame.
+/// The views, descriptors and filter reports of one frame, filled light by light.
 pub(crate) struct ShadowOutput<'a> {
     pub(crate) frame: &'a FrameInput,
-    /// The side of the atlas, in texels.
+    /// The side of the shadow atlas, in texels.
     pub(crate) atlas_side: u32,
     pub(crate) filter: Option<Filter>,
-    /// The size of lights without one.
+    /// The size of lights that declare none: a radius in metres, or an angular diameter in radians.
     pub(crate) light_size: f64,
-    /// The number of frames after which the light's maps are drawn again; and the largest of all lights.
+    /// The number of frames that a change of casters may wait to be drawn, for the current light. `longest` is the
+    /// maximum for all lights.
     pub(crate) cadence: u32,
     pub(crate) longest: u32,
     data: &'a mut BlackboardData,
-    /// One descriptor after another; the default one shadows nothing.
+    /// The descriptors of the frame so far. A default descriptor stands for a map without shadows.
     pub(crate) descriptors: &'a mut Vec<Descriptor>,
-    /// The places where the bounds of the filter apply.
+    /// The lights and places at which the filter's bounds in texels change its width.
     pub(crate) bounded: &'a mut Bounded,
 }
 
 impl ShadowOutput<'_> {
-    /// Adds a map to draw; maps beyond the capacity are left out, as their descriptors are.
+    /// Adds a view to draw; views beyond the declared maximum are left out.
     pub(crate) fn view(&mut self, view: View) {
         if self.data.views().len() < self.data.shape().max_views as usize {
             self.data.push_view_every(view, self.cadence);
         }
     }
 
-    /// Notes where the bounds of the filter bite for a light at a position whose maps are perspectives between two
-    /// distances, with texels of a width at a distance of one metre; `size` is the radius of the light.
+    /// Records the distances at which the filter's bounds change its width, for a light with perspective shadow maps.
+    /// `range` has the distances of the near and far plane, `texel` is the width of a texel at 1 m, `size` the light's
+    /// radius, all in metres.
     pub(crate) fn bounded_in_perspective(
         &mut self,
         light: u32,
@@ -150,7 +155,7 @@ impl ShadowOutput<'_> {
     }
 }
 
-/// Memory that is used again in each frame.
+/// Buffers that each frame reuses.
 #[derive(Debug, Default)]
 pub(crate) struct Memory {
     descriptors: Vec<Descriptor>,
@@ -166,7 +171,8 @@ struct Run<D> {
     cadence: u32,
 }
 
-/// The node that publishes the descriptors of one backing for the lights of a placement.
+/// Declares the CPU node that publishes views and descriptors of one backing for the placed lights. Returns `None`
+/// after a diagnostic.
 pub(crate) fn node(
     pass: &mut PassBuilder<'_>,
     to: &Ref,

@@ -10,28 +10,29 @@ use glam::{DMat4, DVec2, DVec4, UVec2};
 use umbragraph_pipeline::data::{BlackboardData, Component, DataShape, ValueType};
 use umbragraph_pipeline::frame::{Light, LightKind};
 
-/// One shadow map, as shaders see it; see the module.
+/// One shadow map, as shaders read it; [`VALUES`] lists the meaning of each component.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Descriptor {
-    /// The transform from the world to the light's axes: rows x, y and z.
+    /// The rows x, y and z of the matrix from world to light space.
     pub axes: [DVec4; 3],
-    /// Scale and offset from light space to texels.
+    /// The scale (x, y) and the offset (z, w) from light space to texels.
     pub texels: DVec4,
-    /// The texels that belong to the map.
+    /// The texels that belong to the map: upper left corner (x, y) and lower right corner (z, w).
     pub bounds: DVec4,
-    /// Depth, width of a texel, size of the light.
+    /// The coefficients of depth (x, y), the width of a texel in metres (z), and the size of the light (w).
     pub depth: DVec4,
-    /// The end of its range.
+    /// For a cascade, the distances along the view axis at which it ends and begins to blend. Otherwise the distances
+    /// of the far and the near plane. In metres.
     pub reach: DVec2,
-    /// The layer, and the texels on a side.
+    /// The index of the layer (of a cube, its first), and the side of the map in texels.
     pub place: UVec2,
 }
 
-/// The largest angle under which a directional light is taken to be seen, in radians.
+/// The maximum angular diameter of a directional light, in radians; greater ones are reduced to it.
 pub const MAX_ANGLE: f64 = std::f64::consts::FRAC_PI_2;
 
-/// The members by name, with their types, and what they are: for a layer of an array (orthographic), a tile of an atlas
-/// or a cube (perspective).
+/// The name, type and meaning of each member of a descriptor in published data. Meanings differ between a layer of an
+/// array (orthographic), and a tile of an atlas or a cube (perspective).
 pub const VALUES: [(&str, ValueType, &str); 8] = [
     (
         "map.axis_x",
@@ -64,14 +65,14 @@ pub(crate) fn rows(matrix: &DMat4) -> [DVec4; 3] {
     [matrix.row(0), matrix.row(1), matrix.row(2)]
 }
 
-/// A square of texels: upper left and lower right corner.
+/// The upper left (x, y) and lower right (z, w) corner of a square with a side of `side` texels.
 pub(crate) fn square(x: u32, y: u32, side: u32) -> DVec4 {
     DVec4::new(f64::from(x), f64::from(y), f64::from(x + side), f64::from(y + side))
 }
 
-/// The size of a light in descriptors, in radians or metres: its own, or `without` if it has none. NaN and negative
-/// sizes count as none. The maximum is a right angle for a directional light, and the range for a light with a
-/// position.
+/// The size of a light as descriptors store it: the tangent of half the angular diameter for a directional light, else
+/// the radius in metres. `without` (radians or metres) is the size of lights without one; NaN and negative sizes count
+/// as none. Angles are limited to [`MAX_ANGLE`], radii to `range` metres.
 pub(crate) fn light_size(light: &Light, without: f64, range: f64) -> f64 {
     let given = match light.kind {
         LightKind::Directional => light.angular_diameter,
@@ -84,25 +85,25 @@ pub(crate) fn light_size(light: &Light, without: f64, range: f64) -> f64 {
     }
 }
 
-/// The values that a pass with descriptors expects of blackboard data.
+/// The names and types of the values that blackboard data with shadow descriptors has.
 pub(crate) fn expected() -> Vec<(&'static str, ValueType)> {
     let arrays = VALUES.iter().map(|(name, value_type, _)| (*name, value_type.array(0)));
     arrays.chain([("count", ValueType::U32)]).collect()
 }
 
-/// The shape of data with `capacity` descriptors.
+/// The shape of blackboard data with up to `capacity` shadow descriptors.
 pub fn shape(capacity: u32) -> DataShape {
     add(DataShape::new().value("count", ValueType::U32, "the descriptors of this frame"), capacity)
 }
 
-/// Adds the members of `capacity` descriptors.
+/// Adds the members of `capacity` descriptors to the shape of blackboard data.
 pub(crate) fn add(shape: DataShape, capacity: u32) -> DataShape {
     VALUES
         .iter()
         .fold(shape, |shape, (name, value_type, what)| shape.value(name, value_type.array(capacity), what))
 }
 
-/// Publishes descriptors, and their number as `count`; those beyond the capacity are left out.
+/// Publishes descriptors, and their number as `count`; descriptors beyond the capacity are left out.
 pub fn publish(data: &mut BlackboardData, descriptors: &[Descriptor]) {
     let some = &descriptors[..descriptors.len().min(capacity(data) as usize)];
     for (at, name) in ["map.axis_x", "map.axis_y", "map.axis_z"].into_iter().enumerate() {
@@ -116,7 +117,7 @@ pub fn publish(data: &mut BlackboardData, descriptors: &[Descriptor]) {
     data.set_u32("count", some.len() as u32);
 }
 
-/// The number of descriptors that there is room for.
+/// The maximum number of descriptors that the data can hold.
 pub(crate) fn capacity(data: &BlackboardData) -> u32 {
     data.shape().find("map.place").map_or(0, |at| data.shape().values[at].value_type.count.unwrap_or(0))
 }

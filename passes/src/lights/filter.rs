@@ -24,18 +24,18 @@ use umbragraph_pipeline::pipeline::Evaluate;
 use super::missing::NoBounds;
 use crate::codes;
 
-/// Half the width of a filter, and its bounds.
+/// The width of a shadow filter in the world, and its bounds in texels of the shadow map.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FilterSettings {
-    /// Half the width, in metres; 0 where shaders do not filter.
+    /// Half the width of the filter, in metres; 0 for no filter.
     pub radius: Expr,
-    /// The minimum half width, in texels of the map.
+    /// The minimum of half the width, in texels of the shadow map.
     pub min: Expr,
-    /// The maximum half width, in texels of the map.
+    /// The maximum of half the width, in texels of the shadow map.
     pub max: Expr,
-    /// Whether the filter is as wide as the penumbra of what blocks the light, instead of having one width; false
-    /// without it.
+    /// Whether the filter is as wide as the penumbra that the caster makes, instead of having a fixed width; false by
+    /// default.
     pub penumbra: Option<Expr>,
 }
 
@@ -48,19 +48,20 @@ pub(crate) struct Filter {
     penumbra: bool,
 }
 
-/// A place where a bound changes the width.
+/// A place at which a bound in texels changes the width of a filter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Where {
-    /// In a cascade, by its index, with half the width there.
+    /// In the cascade with this index; the second number is half the filter's width there, in metres.
     Cascade(usize, f64),
-    /// Up to a distance from the light.
+    /// Up to this distance from the light, in metres.
     Within(f64),
-    /// Beyond a distance from the light.
+    /// Beyond this distance from the light, in metres.
     Beyond(f64),
 }
 
 impl Filter {
-    /// The filter of settings; `None` after at least one diagnostic, or without a filter.
+    /// Evaluates the settings of a filter. `Some(None)` is no filter: no settings, or a radius that is not positive.
+    /// `None` follows a diagnostic.
     pub(crate) fn declare(
         settings: Option<&FilterSettings>,
         pass: &mut impl Evaluate,
@@ -74,13 +75,14 @@ impl Filter {
         Some((filter.radius > 0.0).then_some(filter))
     }
 
-    /// The maximum reach of the filter, in texels.
+    /// The maximum of half the filter's width, in texels.
     pub(crate) fn reach(self) -> f64 {
         self.max.max(self.min)
     }
 
-    /// The bound that changes the width in a cascade with texels of `texel` metres and a depth of `depth`; `tangent` is
-    /// that of half the light's angular diameter.
+    /// The bound that changes the filter's width in the cascade with index `at`. `texel` is the width of a texel and
+    /// `depth` the depth range, in metres; `tangent` is that of half the light's angular diameter. `None` if no bound
+    /// applies.
     pub(crate) fn in_cascade(&self, at: usize, texel: f64, depth: f64, tangent: f64) -> Option<Where> {
         if self.penumbra {
             let width = self.max * texel;
@@ -90,8 +92,9 @@ impl Filter {
         ((width - self.radius).abs() > 1e-6 * self.radius).then_some(Where::Cascade(at, width))
     }
 
-    /// The bound that changes the width in a perspective, between its nearest and farthest receivers; `texel` is the
-    /// width of a texel at 1 m, `light` the light's radius.
+    /// The bounds that change the filter's width in a perspective view: within a distance, and beyond a distance.
+    /// Receivers lie between `nearest` and `farthest`; `texel` is the width of a texel at 1 m, `light` the light's
+    /// radius, all in metres.
     pub(crate) fn in_perspective(
         &self,
         texel: f64,
@@ -113,8 +116,8 @@ impl Filter {
     }
 }
 
-/// The distances between which a light at a position, whose view reaches from a near to a far plane, can have
-/// receivers.
+/// The nearest and farthest distance of possible receivers from a light, in metres. They lie in the scene's bounds,
+/// between the near and far plane of the light's view.
 pub(crate) fn receivers(position: DVec3, near: f64, far: f64, scene: &Bounds) -> (f64, f64) {
     if scene.is_empty() {
         return (near, near);
@@ -124,18 +127,19 @@ pub(crate) fn receivers(position: DVec3, near: f64, far: f64, scene: &Bounds) ->
     (near.max(nearest), far.min(farthest))
 }
 
-/// The places of a frame where a filter's bounds apply, and the places of the last notice. The memory is reused in each
-/// frame.
+/// The places of a frame at which a filter's bounds change its width, and the places in the last notice. Each frame
+/// reuses the memory.
 #[derive(Debug, Default)]
 pub(crate) struct Bounded {
     places: Vec<(u32, Where)>,
-    /// The light and the bound of each place of the last notice.
+    /// The index of the light and the kind of bound, for each place in the last notice.
     reported: Vec<(u32, usize)>,
-    /// Whether the last notices report what the frame lacks.
+    /// Whether the last notices report missing bounds of the scene.
     said_lacks: bool,
 }
 
-/// The key of a bound, without distance and width.
+/// The index of the light and a number for the kind of bound: 0 within a distance, 1 beyond a distance, 2 + index in a
+/// cascade.
 fn key((light, place): &(u32, Where)) -> (u32, usize) {
     match place {
         Where::Within(_) => (*light, 0),
@@ -145,17 +149,18 @@ fn key((light, place): &(u32, Where)) -> (u32, usize) {
 }
 
 impl Bounded {
-    /// Begins a frame.
+    /// Removes the places of the last frame.
     pub(crate) fn clear(&mut self) {
         self.places.clear();
     }
 
-    /// Notes where the bounds bite for the frame's light of an index.
+    /// Adds places at which a bound changes the filter's width, for the light with this index in the frame.
     pub(crate) fn add(&mut self, light: u32, places: impl IntoIterator<Item = Where>) {
         self.places.extend(places.into_iter().map(|place| (light, place)));
     }
 
-    /// Replaces the notices where others are due: on bounds of the filter, and on what the frame lacks.
+    /// Publishes new notices if other bounds apply than in the last notices, or if scene bounds went missing or came
+    /// back.
     pub(crate) fn report(
         &mut self,
         filter: Option<Filter>,

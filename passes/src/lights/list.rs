@@ -30,30 +30,31 @@ use crate::if_said::if_said;
 use crate::importance::Eye;
 use crate::words::{CONTACT_SHADOW, HARDNESS};
 
-/// The first descriptor of a light without shadows.
+/// The index that stands for none: no shadow descriptor, no slot, or no light in a slot.
 pub const NO_SHADOW: u32 = u32::MAX;
 
 /// Publishes all lights of a frame by kind, and the descriptors of their shadows by backing.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LightList {
-    /// The blackboard data to publish.
+    /// The name of the blackboard data to publish.
     pub to: Ref,
     /// The maximum number of lights.
     pub lights: Expr,
-    /// The maximum number of descriptors; 1 without it.
+    /// The maximum number of shadow descriptors; 1 by default.
     pub descriptors: Option<Expr>,
-    /// The blackboard data of a `shadow_atlas`; without it no light casts shadows.
+    /// The blackboard data that a `shadow_atlas` pass publishes; without this key no light casts shadows.
     pub placement: Option<Ref>,
-    /// The blackboard data of a `spot_shadows`.
+    /// The blackboard data that a `spot_shadows` pass publishes, with the shadow descriptors of spot lights.
     pub tiles: Option<Ref>,
-    /// The blackboard data of a `cube_shadows`.
+    /// The blackboard data that a `cube_shadows` pass publishes, with the shadow descriptors of point lights.
     pub cubes: Option<Ref>,
-    /// The blackboard data of a `cascades` with a placement.
+    /// The blackboard data that a `cascades` pass with "placement" publishes, with the shadow descriptors of
+    /// directional lights.
     pub layers: Option<Ref>,
-    /// Slots of textures as large as the picture, for some of the lights; none without it.
+    /// The slots for lights in textures as large as the picture; none by default.
     pub slots: Option<SlotSettings>,
-    /// The priority below which the shadows of lights that do not say how hard they are are hard; 0 without it.
+    /// The priority below which a light has hard shadows, unless it declares a shadow filter itself; 0 by default.
     pub hard_below: Option<Expr>,
 }
 
@@ -103,8 +104,8 @@ impl Node for LightList {
     }
 }
 
-/// The data layout of a list for `lights` lights and `descriptors` descriptors, in metres: directional lights first,
-/// then spots, then point lights.
+/// The shape of the published data for up to `lights` lights and `descriptors` shadow descriptors; lengths are in
+/// metres. Directional lights come first, then spot lights, then point lights.
 pub fn shape(lights: u32, descriptors: u32) -> DataShape {
     let number = ValueType::U32;
     let vectors = ValueType::VEC4.array(lights);
@@ -143,24 +144,25 @@ pub fn shape(lights: u32, descriptors: u32) -> DataShape {
 struct RunLightList {
     setting: Option<Expr>,
     capacity: usize,
-    /// The index of the placement among the inputs.
+    /// The index of the placement among the inputs; `None` without a placement.
     placement: Option<usize>,
-    /// The indices of the descriptors of tiles, cubes and layers among the inputs.
+    /// The indices of the descriptors of tiles, cubes and layers among the inputs; `None` where a key is not set.
     described: [Option<usize>; 3],
     slots: Option<Slots>,
     hard_below: f64,
 }
 
-/// Memory that is used again in each frame.
+/// Buffers that each frame reuses, and the names in the last notices.
 #[derive(Debug, Default)]
 struct State {
-    /// The usable lights, as positions in the frame.
+    /// The indices of the usable lights, in the frame's list of lights.
     order: Vec<u32>,
-    /// The first descriptor of each light of the frame, and the number of its descriptors.
+    /// For each light of the frame: the index of its first descriptor, or [`NO_SHADOW`], and the number of its
+    /// descriptors.
     shadows: Vec<(u32, u32)>,
-    /// The lights that ask for a slot, with their importance, the most important first.
+    /// The lights that request a slot: importance and index in the frame's list, the most important first.
     asking: Vec<(f32, u32)>,
-    /// The names of the lights that were left out last, and of those that had no slot.
+    /// The names of the lights in the last notices: first lights beyond the capacity, then lights without a slot.
     known: [Vec<String>; 2],
 }
 
@@ -215,13 +217,14 @@ impl CpuNode for RunLightList {
 }
 
 impl RunLightList {
-    /// The hardness that a light declares for its shadow's edges, else the rule of priority; 0 if the pipeline decides.
+    /// The shadow filter that a light declares: 1 hard, 2 soft, 3 PCSS. Other lights have 1 if their priority is below
+    /// `hard_below`, else 0: the pipeline decides.
     fn hardness(&self, light: &Light) -> u32 {
         let said = HARDNESS.iter().position(|word| light.has(word)).map(|at| at as u32 + 1);
         said.unwrap_or(u32::from(f64::from(light.priority) < self.hard_below))
     }
 
-    /// The usable lights, the most important first.
+    /// Collects the indices of the usable lights in `order`; the most important come first if not all fit the capacity.
     fn choose(&self, frame: &FrameInput, order: &mut Vec<u32>) {
         order.clear();
         order
@@ -237,7 +240,8 @@ impl RunLightList {
         }
     }
 
-    /// Copies the descriptors of each backing, one after the other, and finds the first one of each light.
+    /// Publishes the descriptors of tiles, cubes and layers one after the other. Stores in `shadows` the first
+    /// descriptor of each light, and their number.
     fn publish_descriptors<'a>(
         &self,
         input: &impl Fn(Option<usize>) -> Option<&'a BlackboardData>,
@@ -280,7 +284,7 @@ impl RunLightList {
     }
 }
 
-/// Keeps the names of some lights; whether they are others than before.
+/// Stores the names of `lights` in `known`; returns `true` if they differ from the names stored before.
 fn remember(frame: &FrameInput, lights: impl Iterator<Item = u32> + Clone, known: &mut Vec<String>) -> bool {
     let names = lights.map(|at| &*frame.lights[at as usize].name);
     if names.clone().eq(known.iter().map(String::as_str)) {
@@ -291,7 +295,7 @@ fn remember(frame: &FrameInput, lights: impl Iterator<Item = u32> + Clone, known
     true
 }
 
-/// Names the lights that are left out, and those without a slot.
+/// Builds the notices that name lights left out of the list, and lights without a slot.
 fn notices(frame: &FrameInput, [left_out, slotless]: &[Vec<String>; 2]) -> Diagnostics {
     let mut notices = Diagnostics::new();
     let named = |names: &[String]| {
@@ -336,7 +340,8 @@ fn color_offset(light: &Light) -> Vec4 {
     radiance(light).extend(cone(light).1)
 }
 
-/// Scale and offset of the cone's fall-off.
+/// The scale and offset of a spot light's fall-off from inner to outer cone, as in `KHR_lights_punctual`; (0, 1) for
+/// other lights.
 fn cone(light: &Light) -> (f32, f32) {
     let LightKind::Spot { inner_angle, outer_angle } = light.kind else { return (0.0, 1.0) };
     let angle = |angle: f32| if angle.is_nan() { 0.0 } else { angle.clamp(0.0, std::f32::consts::FRAC_PI_2) };

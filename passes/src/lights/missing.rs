@@ -6,15 +6,15 @@ use umbragraph_pipeline::frame::{FrameInput, Light};
 use crate::codes;
 use crate::words::{CAST_SHADOW, filters::CASTERS};
 
-/// Whether nothing tells how far the scene and its casters reach.
+/// Returns `true` if the frame has neither bounds of the scene nor bounds of its casters.
 pub(crate) fn has_no_bounds(frame: &FrameInput) -> bool {
     frame.scene_bounds.is_empty() && frame.bounds_of(CASTERS).is_empty()
 }
 
-/// Cascades are fitted to a frame without bounds.
+/// The finding that a frame for which cascades are fitted has no bounds.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct NoBounds {
-    /// The shadow distance along the view, if it is a guess.
+    /// The distance along the view axis at which shadows end, in metres, if it is a guess; else `None`.
     pub(crate) reach: Option<f64>,
 }
 
@@ -30,7 +30,7 @@ impl NoBounds {
     }
 }
 
-/// No light of a frame casts shadows, of those that could.
+/// Builds the notice that no light casts shadows; `lights` are the lights that could.
 pub(crate) fn casting_light<'a>(lights: impl Iterator<Item = &'a Light>) -> Diagnostic {
     let names: Vec<&str> = lights.map(|light| &*light.name).collect();
     let shown = names[..names.len().min(5)].iter().map(|name| format!("\"{name}\"")).collect::<Vec<_>>();

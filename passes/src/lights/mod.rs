@@ -31,7 +31,7 @@ pub mod spots;
 
 use umbragraph_pipeline::data::BlackboardData;
 
-/// A number of published data; 0 if it has none of that name.
+/// The first 32-bit word of the published value `name`; 0 if there is none.
 fn word(data: &BlackboardData, name: &str) -> u32 {
     data.words(name).and_then(|words| words.first().copied()).unwrap_or(0)
 }

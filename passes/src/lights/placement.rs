@@ -28,93 +28,93 @@ use crate::if_said::if_said;
 use crate::importance::{Eye, Importance};
 use crate::words::CAST_SHADOW;
 
-/// The maximum number of lights or descriptors of a list.
+/// The largest number of lights, or of shadow descriptors, that a pass can declare.
 pub const MAX_CAPACITY: u32 = 4096;
-/// The maximum number of cubes of an array.
+/// The maximum number of cubes in a cube texture array: six layers each, at most 2048 in all.
 pub const MAX_CUBES: u32 = 341;
 
-/// The maximum number of layers of an array.
+/// The maximum number of layers in a texture array.
 pub const MAX_LAYERS: u32 = 2048;
 
 /// The maximum number of views of a frame.
 pub const MAX_VIEWS: u32 = 1 << 16;
 
-/// Decides which lights cast shadows, and gives spots tiles of an atlas, point lights cubes, and directional lights
-/// layers.
+/// Decides which lights cast shadows in a frame. Spot lights get tiles of an atlas, point lights cubes of an array, and
+/// directional lights layers of an array.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ShadowAtlas {
-    /// The blackboard data to publish.
+    /// The name of the blackboard data to publish.
     pub to: Ref,
-    /// The atlas of the spots; without it they cast no shadows.
+    /// The atlas for the shadow maps of spot lights; without this key they cast no shadows.
     pub spots: Option<SpotSettings>,
-    /// The cubes of the point lights; without it they cast no shadows.
+    /// The cubes for the shadow maps of point lights; without this key they cast no shadows.
     pub points: Option<PointSettings>,
-    /// The layers of the directional lights; without it they cast no shadows.
+    /// The layers for the shadow maps of directional lights; without this key they cast no shadows.
     pub directional: Option<DirectionalSettings>,
-    /// The maximum number of descriptors: one for a spot, one for a point light, one for each cascade of a directional
-    /// light.
+    /// The maximum number of shadow descriptors: one for each spot or point light with shadows, and one for each
+    /// cascade of a directional light.
     pub descriptors: Expr,
-    /// The maximum number of views: one for a spot, six for a point light, one for each cascade of a directional light.
-    /// No limit without it.
+    /// The maximum number of shadow views: one for a spot light, six for a point light, one for each cascade of a
+    /// directional light. No limit by default.
     pub views: Option<Expr>,
 }
 
-/// The atlas of the spots. Sides are powers of two.
+/// The shadow atlas of the spot lights. The sides of the atlas and its tiles are powers of two from 16 to 8192.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SpotSettings {
-    /// The maximum number of spots with shadows; as many as there are descriptors without it.
+    /// The maximum number of spot lights with shadows; by default the value of "descriptors".
     pub capacity: Option<Expr>,
-    /// The side of the atlas at first, in texels.
+    /// The initial side of the atlas, and its minimum, in texels.
     pub min_side: Expr,
-    /// The side that the atlas does not outgrow, in texels.
+    /// The maximum side of the atlas, in texels.
     pub max_side: Expr,
-    /// The minimum tile, in texels: a spot that does not get as much has no shadows.
+    /// The minimum side of a tile, in texels. A spot light that cannot get it has no shadows.
     pub min_tile: Expr,
-    /// The tile of a spot that fills the picture, in texels.
+    /// The side of the tile for a spot light that fills the picture, in texels; other tiles are smaller.
     pub max_tile: Expr,
 }
 
-/// The cubes of the point lights.
+/// The cube texture array for the shadow maps of point lights.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PointSettings {
-    /// The maximum number of point lights with shadows.
+    /// The maximum number of point lights with shadows, 0 to 341; each takes one cube.
     pub capacity: Expr,
 }
 
-/// The layers of the directional lights.
+/// The texture array for the shadow maps of directional lights.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DirectionalSettings {
-    /// The maximum number of layers.
+    /// The maximum number of layers, 0 to 2048; with 0, directional lights cast no shadows.
     pub capacity: Expr,
-    /// The cascades of each directional light.
+    /// The number of cascades of each directional light, 1 to 8; each takes one layer.
     pub cascades: Expr,
 }
 
-/// The memory of one light's shadows.
+/// The part of a texture that holds the shadow maps of one light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Backing {
-    /// A square of the atlas.
+    /// A tile of the shadow atlas, for a spot light.
     Tile(Tile),
-    /// A cube of the array.
+    /// A cube of the cube texture array, for a point light.
     Cube {
-        /// Its position in the array.
+        /// The index of the cube in the array.
         slot: u32,
     },
-    /// Consecutive layers of the array.
+    /// Consecutive layers of the texture array, for the cascades of a directional light.
     Layers {
-        /// The first index.
+        /// The index of the first layer.
         first: u32,
-        /// Their number.
+        /// The number of layers.
         count: u32,
     },
 }
 
 impl Backing {
-    /// Tiles before cubes before layers.
+    /// The sort order of backings: 0 for tiles, 1 for cubes, 2 for layers.
     pub(super) fn rank(self) -> u32 {
         match self {
             Self::Tile(_) => 0,
@@ -123,7 +123,7 @@ impl Backing {
         }
     }
 
-    /// The first slot or layer, and their number.
+    /// The index of the first cube or layer, and the number of cubes or layers; (0, 1) for a tile.
     pub(super) fn slots(self) -> (u32, u32) {
         match self {
             Self::Tile(_) => (0, 1),
@@ -133,16 +133,17 @@ impl Backing {
     }
 }
 
-/// A light that casts shadows in a frame.
+/// A light that casts shadows in a frame, and the place of its shadow maps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Entry {
-    /// Its position among the frame's lights.
+    /// The index of the light in the frame's list of lights.
     pub light: u32,
-    /// The memory of its shadows.
+    /// The part of a texture that holds the light's shadow maps.
     pub backing: Backing,
 }
 
-/// The lights that a published placement has shadows for: those with tiles first, then cubes, then layers.
+/// The lights with shadows in blackboard data of a `shadow_atlas`: first lights with tiles, then with cubes, then with
+/// layers.
 pub fn entries(data: &BlackboardData) -> impl Iterator<Item = Entry> + '_ {
     let count = word(data, "count") as usize;
     let words = |name: &str| data.words(name).unwrap_or_default().chunks_exact(4);
@@ -157,13 +158,13 @@ pub fn entries(data: &BlackboardData) -> impl Iterator<Item = Entry> + '_ {
     })
 }
 
-/// The values that a pass with a placement expects of blackboard data.
+/// The names and types of the values that blackboard data of a `shadow_atlas` has.
 pub(crate) fn expected() -> [(&'static str, ValueType); 4] {
     let numbers = ValueType::vector(Component::U32, 4).array(0);
     [("count", ValueType::U32), ("entry", numbers), ("tile", numbers), ("atlas_side", ValueType::U32)]
 }
 
-/// An order of lights that does not depend on their positions in the frame: by name, then by their properties.
+/// Compares two lights independently of their positions in the frame: by name, then by kind, then by their numbers.
 pub fn compare(a: &Light, b: &Light) -> Ordering {
     let numbers = |light: &Light| {
         let ([x, y, z], [u, v, w]) = (light.position.to_array(), light.direction.to_array());
@@ -182,7 +183,7 @@ pub fn compare(a: &Light, b: &Light) -> Ordering {
     a.name.cmp(&b.name).then_with(|| rank(a).cmp(&rank(b))).then_with(by_numbers)
 }
 
-/// Directional lights before spots before point lights.
+/// The sort order of lights by kind: 0 for directional lights, 1 for spot lights, 2 for point lights.
 pub(super) fn rank(light: &Light) -> u32 {
     match light.kind {
         LightKind::Directional => 0,
@@ -191,12 +192,12 @@ pub(super) fn rank(light: &Light) -> u32 {
     }
 }
 
-/// A whole number of things from 1 to a most.
+/// Evaluates a whole number from 1 to `max`; returns `None` after a diagnostic.
 pub(crate) fn capacity(pass: &mut PassBuilder<'_>, expr: &Expr, pointer: &str, max: u32) -> Option<u32> {
     count_between(pass, expr, pointer, 1, max)
 }
 
-/// A whole number between two others.
+/// Evaluates a whole number from `min` to `max`; returns `None` after a diagnostic.
 fn count_between(pass: &mut PassBuilder<'_>, expr: &Expr, pointer: &str, min: u32, max: u32) -> Option<u32> {
     let count = pass.count(expr, pointer)?;
     if (min..=max).contains(&count) {
@@ -241,8 +242,8 @@ impl Node for ShadowAtlas {
     }
 }
 
-/// Layers and cascades. Fewer layers than one directional light takes would leave every directional light without
-/// shadows; none is how directional lights are switched off.
+/// Returns the numbers of layers and cascades. Returns `None` after a diagnostic, which also reports too few layers for
+/// one directional light. 0 layers are allowed: directional lights then cast no shadows.
 fn room_for_a_directional_light(
     pass: &mut PassBuilder<'_>,
     layers: Option<u32>,
@@ -260,7 +261,7 @@ fn room_for_a_directional_light(
     Some((layers, cascades))
 }
 
-/// The number of spots, and their atlas.
+/// Evaluates the maximum number of spot lights and the settings of their atlas; returns `None` after a diagnostic.
 fn atlas(
     pass: &mut PassBuilder<'_>,
     spots: &SpotSettings,
@@ -298,13 +299,13 @@ fn atlas(
     Some((capacity, atlas_of([min_side, max_side], [min_tile, max_tile])))
 }
 
-/// An atlas with these sides, and tiles with those: the minimum and the maximum of each, in texels.
+/// The settings for an atlas with a minimum and maximum side, and a minimum and maximum side of its tiles, in texels.
 fn atlas_of([min_side, max_side]: [u32; 2], [min_tile, max_tile]: [u32; 2]) -> atlas::Settings {
     atlas::Settings { min_side, max_side, min_tile, max_tile, ..atlas::Settings::default() }
 }
 
-/// The data that a placement publishes, with a number of descriptors; the sizes are for an atlas of this side and one
-/// light with this number of cascades.
+/// The shape of the published data for up to `descriptors` descriptors. The initial texture sizes are an atlas with a
+/// side of `atlas_side` texels, one cube, and `cascades` layers.
 fn shape(descriptors: u32, atlas_side: u32, cascades: u32) -> DataShape {
     let numbers = ValueType::vector(Component::U32, 4).array(descriptors);
     DataShape::new()
@@ -326,10 +327,10 @@ fn shape(descriptors: u32, atlas_side: u32, cascades: u32) -> DataShape {
         .size("layer_count", cascades)
 }
 
-/// The capacity of the shadow atlas.
+/// The evaluated settings of a `shadow_atlas` pass, with which it runs on the CPU.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct RunShadowAtlas {
-    /// The atlas of the spots.
+    /// The sides of the atlas and its tiles, in texels.
     atlas: atlas::Settings,
     spots: u32,
     cubes: u32,
@@ -340,7 +341,7 @@ struct RunShadowAtlas {
 }
 
 impl RunShadowAtlas {
-    /// The slots of each pool, with so many cubes and layers.
+    /// The number of slots of each pool; `cubes` and `layers` are the numbers of existing cubes and layers.
     fn pools(&self, cubes: u32, layers: u32) -> PoolCounts {
         Pool::counts(&[
             (Pool::Descriptors, self.descriptors),
@@ -351,7 +352,7 @@ impl RunShadowAtlas {
         ])
     }
 
-    /// Whether lights of its kind have shadows here.
+    /// Returns `true` if the settings allow shadows for lights of this kind.
     fn has_room(&self, light: &Light) -> bool {
         match light.kind {
             LightKind::Spot { .. } => self.spots > 0,
@@ -360,7 +361,7 @@ impl RunShadowAtlas {
         }
     }
 
-    /// The request of a light; `None` for a kind that has no shadows here.
+    /// The tiles and slots that a light requests; `None` if the settings allow no shadows for lights of its kind.
     fn wants(&self, light: &Light, importance: &Importance) -> Option<(TileRequest, PoolCounts)> {
         use Pool::{Cubes, Descriptors, Layers, Spots, Views};
         let none = TileRequest::NONE;
@@ -385,10 +386,10 @@ impl RunShadowAtlas {
 struct State {
     /// The current placement; `None` before the first frame.
     placement: Option<Placement>,
-    /// The lights with requests, as positions in the frame.
+    /// The indices of the lights with requests, in the frame's list of lights.
     asking: Vec<u32>,
     requests: Vec<Request>,
-    /// The published entries, by backing, then by name.
+    /// The published entries, sorted by backing, then by name.
     entries: Vec<Entry>,
     /// Whether the last notices report that no light casts shadows.
     said_dark: bool,
@@ -446,7 +447,7 @@ impl CpuNode for RunShadowAtlas {
 }
 
 impl RunShadowAtlas {
-    /// Collects the requests of a frame: lights that cast shadows and light something in the camera's view.
+    /// Collects the requests of all lights that cast shadows and reach something in the camera's view.
     fn ask(&self, frame: &FrameInput, asking: &mut Vec<u32>, requests: &mut Vec<Request>) {
         asking.clear();
         requests.clear();
@@ -489,7 +490,7 @@ fn publish(entries: &[Entry], lights: &[Light], side: u32, data: &mut Blackboard
     data.set_words("label", entries.iter().flat_map(|entry| label(&lights[entry.light as usize].name)));
 }
 
-/// Notices of the lights that get less than they request, one for each reason.
+/// Builds notices that name the lights with less than they request: one notice for each reason.
 fn notices(asking: &[u32], lights: &[Light], placement: &Placement) -> Diagnostics {
     let mut by_reason: BTreeMap<(u32, String), Vec<String>> = BTreeMap::new();
     for (light, grant) in asking.iter().zip(placement.grants()) {
@@ -519,7 +520,8 @@ fn notices(asking: &[u32], lights: &[Light], placement: &Placement) -> Diagnosti
     by_reason.into_iter().map(notice).collect()
 }
 
-/// Sixteen letters of a name, upper case, the first in the lowest byte.
+/// The first sixteen characters of a name in upper case ASCII, padded with spaces; the first is in the lowest byte.
+/// Other characters become `?`.
 fn label(name: &str) -> [u32; 4] {
     let mut bytes = [b' '; 16];
     for (byte, letter) in bytes.iter_mut().zip(name.chars()) {

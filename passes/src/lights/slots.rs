@@ -17,33 +17,33 @@ use super::placement::{self, capacity};
 use crate::importance::Eye;
 use crate::words::{CAST_SHADOW, CONTACT_SHADOW};
 
-/// The maximum number of slots.
+/// The maximum number of lights that have a slot in textures as large as the picture.
 pub const MAX_SLOTS: u32 = 32;
 
 /// The number of four-component vectors that map lights to slots.
 pub(super) const GROUPS: u32 = MAX_SLOTS / 4;
 
-/// Slots of textures as large as the picture, for some of the lights.
+/// The slots for lights in textures as large as the picture: one channel for each light.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SlotSettings {
-    /// The maximum number of slots, 32 at most: the most important lights have one.
+    /// The maximum number of slots, 1 to 32; the most important lights get one each.
     pub capacity: Expr,
-    /// The lights that ask for a slot, of those that cast shadows; all without it.
+    /// The lights that request a slot; "shadows" by default.
     pub of: Option<Word<SlotsOf>>,
 }
 
-/// The lights that ask for a slot.
+/// The choice of the lights that request a slot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum SlotsOf {
     /// Lights that cast shadows.
     Shadows,
-    /// Those with contact shadows.
+    /// Lights that cast shadows and have contact shadows.
     ContactShadows,
 }
 
-/// The lights that ask for a slot, and how many get one.
+/// The evaluated slot settings: the maximum number of slots, and the choice of lights that request one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Slots {
     capacity: usize,
@@ -57,7 +57,8 @@ impl Slots {
         Some(Self { capacity: capacity? as usize, of: of? })
     }
 
-    /// The lights that ask for a slot, the most important first; how many of them get one.
+    /// Collects in `asking` the importance and index of each listed light that requests a slot, the most important
+    /// first. Returns the number of lights that get one.
     pub(super) fn choose(&self, frame: &FrameInput, listed: &[u32], asking: &mut Vec<(f32, u32)>) -> usize {
         asking.clear();
         let Some(eye) = Eye::new(&frame.camera) else { return 0 };
@@ -74,7 +75,7 @@ impl Slots {
     }
 }
 
-/// Publishes which of the listed lights, by their position in the list, has which slot.
+/// Publishes, for each slot, the position of its light in the list of lights, or [`NO_SHADOW`] for a free slot.
 pub(super) fn publish(data: &mut BlackboardData, listed: &[u32], slotted: &[(f32, u32)]) {
     let place =
         |at: &u32| listed.iter().position(|listed| listed == at).map_or(NO_SHADOW, |place| place as u32);

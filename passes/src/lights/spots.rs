@@ -20,13 +20,13 @@ use crate::atlas::Tile;
 use crate::views::depth_coefficients;
 use crate::views::spot::SpotView;
 
-/// Publishes a view and a descriptor for each spot that has a tile of the atlas.
+/// Publishes a view and a shadow descriptor for each spot light with a tile of the atlas.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SpotShadows {
-    /// The maximum number of spots; those that the placement gives tiles beyond it have no shadows.
+    /// The maximum number of spot lights with shadows; further lights with tiles have no shadows.
     pub capacity: Expr,
-    /// The common settings of every light.
+    /// The settings that `spot_shadows` and `cube_shadows` have in common.
     #[serde(flatten)]
     pub described: DescribedSettings,
 }
@@ -84,8 +84,8 @@ impl DescribeShadows for Tiles {
     }
 }
 
-/// The texels on each side of a tile that the cone leaves free: as many as the widest filter reaches, but not more than
-/// an eighth of the tile; taps beyond it find the tile's edge.
+/// The border around the cone on each side of a tile, in texels: the reach of the filter plus 1, at most an eighth of
+/// the tile. Filter taps beyond it read the tile's edge.
 fn border(filter: Option<Filter>, side: u32) -> f64 {
     (filter.map_or(0.0, Filter::reach) + 1.0).min(f64::from(side) / 8.0)
 }

@@ -92,8 +92,8 @@ pub struct CubeViews {
 }
 
 impl CubeViews {
-    /// The views of a point light; `None` for another kind of light, or an unusable position. `border` is as for
-    /// [`CubeViews::of`].
+    /// The views of a point light; `None` for another kind of light, or an unusable position. `border` is the fraction
+    /// of each picture's width, 0 to 0.4, that lies outside the face on each side.
     pub fn new(light: &Light, border: f64, reverse: bool) -> Option<Self> {
         let LightKind::Point = light.kind else { return None };
         Self::of(light.position, range::of(light), border, reverse)
@@ -121,7 +121,8 @@ impl CubeViews {
         projection(-scale, scale, self.near, self.far, self.reverse) * self.view_from_world(face)
     }
 
-    /// The view of a face in the form that draws use, for a layer and a rectangle in texels of a shadow map.
+    /// The view of a face for draws into a layer of a shadow map. `viewport` is x, y, width and height in texels;
+    /// `None` is the entire layer.
     pub fn view(&self, face: Face, layer: u32, viewport: Option<[u32; 4]>) -> View {
         View::new(self.clip_from_world(face), self.view_from_world(face), self.position, face.forward())
             .reverse(self.reverse)
@@ -139,8 +140,8 @@ mod tests {
     use super::*;
     use crate::views::depth;
 
-    /// The face that a direction leads to, where on it (0..1, v down), and the direction's length along the face's
-    /// axis, by which [`depth`] knows the stored depth. `None` for a direction that is zero or not finite.
+    /// The cube face in a direction, the place on the face (0..1, v down), and the length of the direction along the
+    /// face's axis, which determines the stored depth. `None` for a direction that is zero or not finite.
     fn lookup(direction: DVec3) -> Option<(Face, DVec2, f64)> {
         let size = direction.abs();
         let major = size.max_element();
@@ -160,7 +161,7 @@ mod tests {
         Some((face, 0.5 * across + 0.5, major))
     }
 
-    /// The face, and the texel on it, of a cube with so many texels a side.
+    /// The cube face in a direction, and the texel on the face, for faces with `size` texels on a side.
     fn texel(direction: DVec3, size: u32) -> Option<(Face, UVec2)> {
         let (face, place, _) = lookup(direction)?;
         let size = size.max(1);
@@ -168,14 +169,15 @@ mod tests {
         Some((face, texel.min(UVec2::splat(size - 1))))
     }
 
-    /// The direction (its largest component is 1) of a place on a face, 0..1 with v down.
+    /// The direction towards a place on a face (0..1 with v down); its largest component is 1.
     fn direction(face: Face, place: DVec2) -> DVec3 {
         let (u, v) = face.axes();
         let across = place * 2.0 - 1.0;
         face.forward() + u * across.x + v * across.y
     }
 
-    /// The texel that rasterising a point through a face's matrix hits, and its depth, if it is on the picture.
+    /// The texel that a point covers when a face's matrix projects it, and its depth; `None` if the point is outside
+    /// the view.
     fn rasterised(views: &CubeViews, face: Face, point: DVec3, size: u32) -> Option<(UVec2, f64)> {
         let clip = views.clip_from_world(face) * point.extend(1.0);
         if clip.w <= 0.0 || clip.x.abs() > clip.w || clip.y.abs() > clip.w {

@@ -92,7 +92,8 @@ impl SpotView {
         self.half_angle.tan()
     }
 
-    /// The view in the form that draws use, for a layer and a rectangle in texels of a shadow map.
+    /// The view for draws into a layer of a shadow map. `viewport` is x, y, width and height in texels; `None` is the
+    /// entire layer.
     pub fn view(&self, layer: u32, viewport: Option<[u32; 4]>) -> View {
         View::new(self.clip_from_world, self.view_from_world, self.position, self.forward)
             .reverse(self.reverse)

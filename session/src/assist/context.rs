@@ -17,7 +17,7 @@ use crate::graph::shader::{AxisValues, ShaderModule};
 use crate::graph::source::{FileId, Sources, Span};
 use crate::loaded::{Loaded, Planned};
 
-/// The knowledge around a cursor.
+/// The data for answers about a cursor: the loaded pipeline, its plan, the JSON schema and the file of the cursor.
 pub(super) struct Context<'a> {
     pub(super) loaded: &'a Loaded,
     pub(super) planned: &'a Planned,
@@ -30,20 +30,20 @@ pub(super) struct Context<'a> {
     pub(super) kind: FileKind,
     pub(super) file: FileId,
     pub(super) text: &'a str,
-    /// The document of the file alone.
+    /// The parsed document of the cursor's file, not composed with other files.
     pub(super) document: &'a Document,
     pub(super) offset: usize,
 }
 
-/// The place of a cursor in the pipeline or subgraph that it is part of.
+/// The location of a cursor in the pipeline or in one of its subgraphs.
 pub(super) struct Position<'s> {
-    /// The subgraph.
+    /// The subgraph that contains the cursor; `None` in the pipeline itself.
     pub(super) owner: Option<Id>,
-    /// The keys from there on, passes of extensions under `passes`.
+    /// The keys from the pipeline or subgraph to the cursor. Passes of extensions are under `passes`.
     pub(super) way: Vec<&'s str>,
 }
 
-/// A pass, of the composed document.
+/// A pass of the composed document.
 pub(super) struct PassAt<'a> {
     pub(super) id: Id,
     pub(super) pointer: &'a str,
@@ -55,7 +55,7 @@ impl<'a> Context<'a> {
         Site::find(&self.document.root, self.text, self.offset)
     }
 
-    /// The rules of the schema for the value, or of the object for a key.
+    /// Returns the schema rules for the value at the cursor; for a key, those of the object that contains it.
     pub(super) fn rules(&self, site: &Site<'_>) -> Rules<'a> {
         Rules::of(self.schema).below(site.way.iter().map(String::as_str))
     }
@@ -80,7 +80,7 @@ impl<'a> Context<'a> {
         }
     }
 
-    /// The declarations of some kinds whose names are known where the cursor stands, by name.
+    /// Returns the declarations of the given kinds that can be named at the cursor, sorted by name.
     pub(super) fn visible(
         &self,
         position: &Position<'_>,
@@ -101,7 +101,7 @@ impl<'a> Context<'a> {
         found
     }
 
-    /// The declared value in the composed document.
+    /// Returns the value of a declaration in the composed document; `None` if it has none there.
     pub(super) fn value_of(&self, declaration: &Declaration) -> Option<&'a Value> {
         self.at(&declaration.pointer)
     }
@@ -114,7 +114,7 @@ impl<'a> Context<'a> {
             .try_fold(&self.composed.document.root, |value, key| value.get(&unescaped(key)))
     }
 
-    /// The pass in which the cursor stands; for a group of shared settings the first pass that takes it over.
+    /// Returns the pass that contains the cursor; in shared settings, the first pass that uses them.
     pub(super) fn pass(&self, position: &Position<'_>) -> Option<PassAt<'a>> {
         let find = |kind: DeclarationKind, name: &str| {
             let is_it =
@@ -133,12 +133,13 @@ impl<'a> Context<'a> {
         Some(PassAt { id, pointer, value: self.at(pointer)? })
     }
 
-    /// The template that a pass names.
+    /// Returns the name of the shader template of a pass; `None` if it has none.
     pub(super) fn template(&self, pass: &PassAt<'a>) -> Option<&'a str> {
         node_kind(pass.value)?.value.get("shader")?.text()
     }
 
-    /// The shader modules of a pass: those of its program, or else the template with its defaults.
+    /// Returns the shader modules of a planned pass. For other passes, returns the module of the template with default
+    /// axis values.
     pub(super) fn modules(&self, pass: &PassAt<'a>) -> Vec<Arc<ShaderModule>> {
         let pipeline = self.planned.report.pipeline.as_deref();
         let of_pipeline = pipeline.and_then(|pipeline| {
@@ -153,7 +154,7 @@ impl<'a> Context<'a> {
         })
     }
 
-    /// The pointer of the key or value at the cursor, and the rules for it.
+    /// Returns the JSON pointer of the key or value at the cursor, and the schema rules for it.
     pub(super) fn named(&self, site: &Site<'a>) -> (String, Rules<'a>) {
         match site.spot {
             Spot::Key { entry: Some(entry), .. } => {

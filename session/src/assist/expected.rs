@@ -15,12 +15,12 @@ use crate::graph::pipeline::FileKind;
 use crate::graph::shader::{AxisKind, ShaderModule};
 use crate::tokens;
 
-/// The kinds of things that an expression can name.
+/// The kinds of declarations that an expression can name.
 const VALUES: [K; 7] = [K::Parameter, K::Feature, K::Derived, K::Input, K::Variable, K::Resource, K::Data];
-/// The kinds of things that a reference can name.
+/// The kinds of declarations that a reference, such as `&color`, can name.
 const RESOURCES: [K; 3] = [K::Resource, K::Input, K::Data];
 
-/// Finds what can stand at the cursor.
+/// Returns the completion candidates at the cursor.
 pub(super) fn expected(context: &Context<'_>) -> Expected {
     let site = context.site();
     let position = context.position(&site);
@@ -57,7 +57,7 @@ impl<'a> Found<'_, 'a> {
         &mut self.list[last]
     }
 
-    /// A key, with what a key needs around it.
+    /// Adds an object key, with the quotes, comma and colon that the text around it lacks.
     fn key(&mut self, kind: CandidateKind, key: &str, detail: Option<String>, description: Option<String>) {
         let (before, behind) = (
             self.context.text.get(..self.replaced.start).unwrap_or_default(),
@@ -98,7 +98,7 @@ impl<'a> Found<'_, 'a> {
         }
     }
 
-    /// Keys that are names of something.
+    /// Returns the names that can be keys here, such as bindings and passes, each with kind, detail and description.
     fn named_keys(&self) -> Vec<(CandidateKind, String, Option<String>, Option<String>)> {
         let context = self.context;
         let pass = || context.pass(self.position);
@@ -147,7 +147,7 @@ impl<'a> Found<'_, 'a> {
         }
     }
 
-    /// Whether the file gives others' declarations values.
+    /// Returns `true` if the file gives values to declarations of other files.
     fn lies_over_others(&self) -> bool {
         self.context.kind == FileKind::Parameters || self.context.document.root.get("extends").is_some()
     }
@@ -163,7 +163,7 @@ impl<'a> Found<'_, 'a> {
         (CandidateKind::Name(one.kind), one.name.clone(), detail(one, value), description)
     }
 
-    /// Candidates within a string, of which so many bytes are before the cursor.
+    /// Adds the candidates inside of a string, `within` bytes after its opening quote.
     fn in_string(&mut self, value: &Value, within: usize) {
         let text = value.text().unwrap_or_default();
         let is_verbatim = value.span.range().len() == text.len() + 2;
@@ -193,7 +193,7 @@ impl<'a> Found<'_, 'a> {
         }
     }
 
-    /// Names and functions of an expression, between two texts.
+    /// Adds the names and functions of the expression language, each with a prefix and a suffix.
     fn expression(&mut self, around: [&str; 2]) {
         self.names(&VALUES, around);
         let [before, behind] = around;
@@ -210,7 +210,8 @@ impl<'a> Found<'_, 'a> {
         }
     }
 
-    /// The words of the enumeration that a text in quotes is compared with.
+    /// Adds the words of the enumeration that a quoted text in an expression is compared with. `before` is the
+    /// expression before the word at the cursor.
     fn words_in_quotes(&mut self, before: &str) {
         let named = before.trim_end_matches(['\'', ' ', '=', '!']);
         let name = &named[named.trim_end_matches(|c: char| c.is_ascii_alphanumeric() || c == '_').len()..];
@@ -223,7 +224,7 @@ impl<'a> Found<'_, 'a> {
         }
     }
 
-    /// Names of declarations, between two texts.
+    /// Adds the names of visible declarations, each with a prefix and a suffix.
     fn names(&mut self, kinds: &[K], [before, behind]: [&str; 2]) {
         for (kind, name, detail, description) in self.all_described(kinds) {
             let candidate = self.push(kind, &name, format!("{before}{name}{behind}"));
@@ -231,7 +232,7 @@ impl<'a> Found<'_, 'a> {
         }
     }
 
-    /// Values where no string with a sign is begun.
+    /// Adds the candidates for a value that is not yet a reference or an expression.
     fn values(&mut self) {
         let rules = self.context.rules(self.site);
         for (word, description) in rules.words() {
@@ -302,7 +303,7 @@ impl<'a> Found<'_, 'a> {
         }
     }
 
-    /// The words of a parameter or feature, where a file gives it a value.
+    /// Adds the values of a parameter or feature, in a place that sets its value.
     fn setting_values(&mut self, name: &str) {
         let found = self.context.visible(self.position, &[K::Parameter, K::Feature]);
         let declared = found.into_iter().find(|(_, one)| one.name == name);
@@ -317,7 +318,7 @@ impl<'a> Found<'_, 'a> {
     }
 }
 
-/// A declaration in a few words: type and default, format, node kind.
+/// Returns a short summary of a declaration: type and default, format, or node kind. Returns `None` if it has none.
 fn detail(one: &Declaration, value: Option<&Value>) -> Option<String> {
     let value = value?;
     let word = |value: &Value, key: &str| {
@@ -344,7 +345,7 @@ fn detail(one: &Declaration, value: Option<&Value>) -> Option<String> {
     (!parts.is_empty()).then(|| parts.join(" "))
 }
 
-/// The place in a template where a module declares a binding.
+/// Returns the place in a template of the declaration of a binding; `None` if the module does not declare it.
 pub(super) fn declared_in(module: &ShaderModule, binding: &str) -> Option<crate::graph::source::Span> {
     let text = &*module.wgsl;
     let is_of_name = |c: char| c.is_ascii_alphanumeric() || c == '_';

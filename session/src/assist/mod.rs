@@ -41,13 +41,13 @@ pub use values::Computed;
 /// A position in a file of a pipeline, and the configuration to show there.
 #[derive(Clone, Copy, Debug)]
 pub struct Cursor<'a> {
-    /// The pipeline.
+    /// The pipeline that the file belongs to.
     pub target: &'a Target,
     /// The configuration whose values are shown.
     pub choice: &'a Choice,
-    /// The path of the file.
+    /// The path of the file that contains the position.
     pub path: &'a Path,
-    /// The byte offset in the file.
+    /// The byte offset of the position in the file.
     pub offset: usize,
 }
 
@@ -56,14 +56,14 @@ pub struct Cursor<'a> {
 pub struct Expected {
     /// The byte range that a candidate replaces.
     pub replaced: Span,
-    /// The candidates.
+    /// The proposed completions; empty if nothing fits.
     pub candidates: Vec<Candidate>,
 }
 
 /// A completion candidate.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Candidate {
-    /// The kind.
+    /// The kind of thing that the candidate names.
     pub kind: CandidateKind,
     /// The name shown to the user.
     pub label: String,
@@ -71,44 +71,45 @@ pub struct Candidate {
     pub text: String,
     /// A short detail, such as type, default or format; `None` if there is none.
     pub detail: Option<String>,
-    /// The description; `None` if there is none.
+    /// The description of the key, name or function, in Markdown; `None` if there is none.
     pub description: Option<String>,
 }
 
 /// The kinds of candidates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CandidateKind {
-    /// A key of the language.
+    /// An object key that the JSON schema defines.
     Key,
-    /// A word of the language or of an enumeration.
+    /// A fixed value: a word of an enumeration, `true` or `false`.
     Word,
-    /// The name of a declaration.
+    /// The name of a declaration, such as a resource or a pass.
     Name(DeclarationKind),
-    /// A function of expressions.
+    /// A function of the expression language, or its built-in value `viewport`.
     Function,
-    /// A template.
+    /// A shader template.
     Template,
-    /// A binding of the shader of a pass.
+    /// A binding that the shader of a pass declares.
     Binding,
-    /// An axis of the template of a pass.
+    /// An axis of the shader template of a pass: an option that selects a shader variant.
     Axis,
 }
 
 /// The hover text for a position.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Hover {
-    /// The range that the text describes.
+    /// The source range that the text describes.
     pub place: Span,
     /// The content to display.
     pub text: String,
-    /// Whether line breaks and spaces are to be kept, as in the output of `umbragraph why`.
+    /// Whether line breaks and spaces must be kept, as in the output of `umbragraph why`; `false` for Markdown.
     pub is_preformatted: bool,
 }
 
 /// The edits of a rename, by file name, or the error that prevents the rename.
 pub type Renamed = Result<BTreeMap<String, Edits>, EditError>;
 
-/// The kind of a file by its keys; `None` for one that may have nothing to do with pipelines, such as `package.json`.
+/// Returns the kind of a file, recognized by the top-level keys of its document. Returns `None` if the file may be
+/// unrelated to pipelines, such as `package.json`.
 pub fn kind_of(document: &Document) -> Option<FileKind> {
     let has = |key| document.root.get(key).is_some();
     if has("inserts") {
@@ -134,7 +135,8 @@ pub fn kind_of(document: &Document) -> Option<FileKind> {
 }
 
 impl Session {
-    /// The understood part of one file by itself.
+    /// Parses one file, without the files that it names. Returns its identifier and the valid part of its document;
+    /// `None` if the file cannot be read.
     pub fn parsed(&mut self, path: &Path) -> Option<(FileId, Document)> {
         let reads = [Read { path: path.to_owned(), revision: 0 }];
         self.files.settle(&reads);
@@ -145,7 +147,8 @@ impl Session {
         })
     }
 
-    /// Holds a file that is no pipeline to the schema of its kind.
+    /// Validates an extension, subgraph or parameter file against the JSON schema of its kind. Returns `None` for a
+    /// pipeline, an unknown kind of file, or an invalid document.
     pub fn check_part(&mut self, path: &Path) -> Option<(FileKind, Diagnostics)> {
         let document = self.document(path).ok()?;
         let kind = kind_of(&document).filter(|kind| *kind != FileKind::Pipeline)?;
@@ -163,7 +166,8 @@ impl Session {
         schema
     }
 
-    /// Answers about a cursor with all that is known around it; nothing where its file cannot be read.
+    /// Loads and plans the pipeline of a cursor, and calls `answer` with the context. Returns `None` if `answer` does,
+    /// or if the cursor's file or the first file of the pipeline cannot be read.
     fn around<T>(
         &mut self,
         cursor: &Cursor<'_>,
@@ -196,18 +200,19 @@ impl Session {
         }))
     }
 
-    /// Returns the keys, keywords and names that can stand at a position.
+    /// Returns the completion candidates for a position; `None` if the file cannot be read.
     ///
     /// # Errors
-    /// [`Cancel::set`](crate::Cancel::set).
+    /// Returns [`Cancelled`] after [`Cancel::set`](crate::Cancel::set).
     pub fn expected_at(&mut self, cursor: &Cursor<'_>) -> Result<Option<Expected>, Cancelled> {
         self.around(cursor, |context| Some(expected::expected(context)))
     }
 
-    /// Returns the hover text for a position: the answer of [`why`] for a name, the description for a key.
+    /// Returns the hover text for a position: the explanation by [`why`] for a name, the schema's description for a
+    /// key. Returns `None` elsewhere.
     ///
     /// # Errors
-    /// [`Cancel::set`](crate::Cancel::set).
+    /// Returns [`Cancelled`] after [`Cancel::set`](crate::Cancel::set).
     pub fn hover(&mut self, cursor: &Cursor<'_>) -> Result<Option<Hover>, Cancelled> {
         self.around(cursor, |context| {
             let site = context.site();
@@ -225,10 +230,10 @@ impl Session {
         })
     }
 
-    /// The values of the expressions of a file, in its order.
+    /// Returns the values of the expressions in a file, in source order; empty if the pipeline cannot be loaded.
     ///
     /// # Errors
-    /// [`Cancel::set`](crate::Cancel::set).
+    /// Returns [`Cancelled`] after [`Cancel::set`](crate::Cancel::set).
     pub fn values(
         &mut self,
         target: &Target,
@@ -239,10 +244,11 @@ impl Session {
         Ok(self.around(&cursor, |context| Some(values::computed(context)))?.unwrap_or_default())
     }
 
-    /// The places where the thing at a place is declared: a declaration, a file, a template, a binding in WGSL.
+    /// Returns the place where the name at a position is declared: in JSON, in a template, or as a binding in WGSL. For
+    /// the path of a file, returns the start of that file. Empty if there is no declaration.
     ///
     /// # Errors
-    /// [`Cancel::set`](crate::Cancel::set).
+    /// Returns [`Cancelled`] after [`Cancel::set`](crate::Cancel::set).
     pub fn definition(&mut self, cursor: &Cursor<'_>) -> Result<Vec<Span>, Cancelled> {
         let found = self.around(cursor, |context| {
             if let Some(id) = declared_at(context) {
@@ -257,10 +263,11 @@ impl Session {
         Ok(places)
     }
 
-    /// The places where the thing at a place is declared and used, the declaration first.
+    /// Returns the declaration and all uses of the name at a position, the declaration first. Empty if no declared name
+    /// is there.
     ///
     /// # Errors
-    /// [`Cancel::set`](crate::Cancel::set).
+    /// Returns [`Cancelled`] after [`Cancel::set`](crate::Cancel::set).
     pub fn references(&mut self, cursor: &Cursor<'_>) -> Result<Vec<Span>, Cancelled> {
         let found = self.around(cursor, |context| {
             let id = declared_at(context)?;
@@ -273,10 +280,10 @@ impl Session {
         Ok(found.unwrap_or_default())
     }
 
-    /// The place of the name at a cursor that can be given another.
+    /// Returns the source range and the text of the name at a position; `None` if there is no name that can be changed.
     ///
     /// # Errors
-    /// [`Cancel::set`](crate::Cancel::set).
+    /// Returns [`Cancelled`] after [`Cancel::set`](crate::Cancel::set).
     pub fn renamable(&mut self, cursor: &Cursor<'_>) -> Result<Option<(Span, String)>, Cancelled> {
         self.around(cursor, |context| {
             let (id, place) = declaration_at(context)?;
@@ -284,10 +291,10 @@ impl Session {
         })
     }
 
-    /// Gives the thing at a place another name, in all files of the pipeline; nothing where nothing has a name.
+    /// Renames the declaration at a position in all files of the pipeline. Returns `None` if no declared name is there.
     ///
     /// # Errors
-    /// [`Cancel::set`](crate::Cancel::set). Within the answer: a name that cannot be given.
+    /// Returns [`Cancelled`] after [`Cancel::set`](crate::Cancel::set). The inner error is a name that cannot be given.
     pub fn rename(&mut self, cursor: &Cursor<'_>, name: &str) -> Result<Option<Renamed>, Cancelled> {
         self.around(cursor, |context| {
             let (id, _) = declaration_at(context)?;
@@ -297,7 +304,7 @@ impl Session {
     }
 }
 
-/// The declaration whose name stands at the cursor, and the place of that.
+/// Returns the declaration whose name is at the cursor, and the source range of the name there.
 fn declaration_at(context: &Context<'_>) -> Option<(Id, Span)> {
     let offset = u32::try_from(context.offset).ok()?;
     let id = context.model.declaration_at(context.file, offset)?;
@@ -307,7 +314,8 @@ fn declaration_at(context: &Context<'_>) -> Option<(Id, Span)> {
     Some((id, places.min_by_key(|place| place.end - place.start)?))
 }
 
-/// The declaration whose name stands at the cursor, also where a file that is laid over this one declares it again.
+/// Returns the declaration whose name is at the cursor, or the one that the key at the cursor declares again in another
+/// file.
 fn declared_at(context: &Context<'_>) -> Option<Id> {
     declaration_at(context).map(|(id, _)| id).or_else(|| {
         let site = context.site();
@@ -324,7 +332,7 @@ fn declared_at(context: &Context<'_>) -> Option<Id> {
     })
 }
 
-/// The answer of [`why`] about a declaration.
+/// Returns the explanation of a declaration by [`why`] as text; `None` if there is none.
 fn told(context: &Context<'_>, id: Id) -> Option<String> {
     let declaration = context.model.declaration(id);
     let Context { composed, model, sources, choice, planned, .. } = *context;
@@ -343,7 +351,7 @@ fn told(context: &Context<'_>, id: Id) -> Option<String> {
     Some(human(&things))
 }
 
-/// Declarations outside of the model: templates, bindings; and the path of a file that a string names.
+/// Returns the place of the template or binding that the cursor names, and the path of a file that it names.
 fn definition_besides(context: &Context<'_>) -> (Vec<Span>, Option<std::path::PathBuf>) {
     let site = context.site();
     let position = context.position(&site);

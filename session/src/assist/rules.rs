@@ -4,23 +4,23 @@ use serde_json::{Map, Value as Json};
 
 use crate::graph::document::Signs;
 
-/// The rules of a schema for one value: those of all alternatives together.
+/// The rules of a JSON schema for one value, of all its alternatives together.
 #[derive(Clone, Debug)]
 pub(super) struct Rules<'s> {
     root: &'s Json,
     all: Vec<&'s Map<String, Json>>,
 }
 
-/// The deepest nesting of references and alternatives.
+/// The maximum nesting depth of references and alternatives in a schema.
 const MAX_DEPTH: usize = 16;
 
 impl<'s> Rules<'s> {
-    /// The rules of a schema as a whole.
+    /// Creates the rules for the root of a schema.
     pub(super) fn of(root: &'s Json) -> Self {
         Self { root, all: Vec::new() }.with([root])
     }
 
-    /// The rules for the value that keys and positions lead to.
+    /// Returns the rules for the value at a path of object keys and array positions.
     pub(super) fn below<'k>(self, way: impl IntoIterator<Item = &'k str>) -> Self {
         way.into_iter().fold(self, |rules, key| {
             let position = key.parse::<usize>().ok();
@@ -58,7 +58,7 @@ impl<'s> Rules<'s> {
         }
     }
 
-    /// The keys of an object, each with its rules.
+    /// Returns the object keys that the schema names, each with the rules for its value.
     pub(super) fn keys(&self) -> Vec<(&'s str, Self)> {
         let mut keys: Vec<&'s str> = Vec::new();
         for one in self.all.iter().filter_map(|one| one.get("properties")?.as_object()) {
@@ -69,7 +69,7 @@ impl<'s> Rules<'s> {
         keys.into_iter().map(|key| (key, self.clone().below([key]))).collect()
     }
 
-    /// The words of a string.
+    /// Returns the constant strings that the value can be, each with its description; `None` if it has none.
     pub(super) fn words(&self) -> Vec<(&'s str, Option<&'s str>)> {
         let mut words = Vec::new();
         for one in &self.all {
@@ -84,12 +84,12 @@ impl<'s> Rules<'s> {
         words
     }
 
-    /// The description, of the closest rules that have one.
+    /// Returns the description of the first rules that have one; `None` if there is none.
     pub(super) fn description(&self) -> Option<&'s str> {
         self.all.iter().find_map(|one| one.get("description")?.as_str())
     }
 
-    /// Whether values of a type are taken.
+    /// Returns `true` if the value may have the JSON type `wanted`, such as `boolean`.
     pub(super) fn takes(&self, wanted: &str) -> bool {
         self.all.iter().filter_map(|one| one.get("type")).any(|types| match types {
             Json::Array(types) => types.iter().any(|one| one == wanted),
@@ -97,7 +97,7 @@ impl<'s> Rules<'s> {
         })
     }
 
-    /// The signs that strings begin with, by each of the alternatives.
+    /// Returns the leading signs of references and expressions that the string patterns of the rules allow.
     pub(super) fn signs(&self) -> impl Iterator<Item = Signs> {
         let patterns = self.all.iter().filter_map(|one| one.get("pattern")?.as_str());
         patterns.filter_map(Signs::of_pattern)

@@ -4,32 +4,32 @@ use std::ops::Range;
 
 use crate::graph::document::{Entry, Kind, Value, pointer_join};
 
-/// The place of a cursor in a document.
+/// The location of a cursor in a document.
 #[derive(Clone, Debug)]
 pub(super) struct Site<'d> {
-    /// The keys and positions that lead from the root to the place.
+    /// The object keys and array positions from the root to the value, or to the object that contains the key.
     pub(super) way: Vec<String>,
     pub(super) spot: Spot<'d>,
-    /// The bytes that another key or value would replace.
+    /// The byte range that another key or value would replace.
     pub(super) replaced: Range<usize>,
 }
 
-/// The kinds of places that a cursor stands in.
+/// The kinds of locations in a document: key or value.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Spot<'d> {
-    /// A key of an object, or room for one.
+    /// An object key, or a gap where one can be inserted.
     Key {
-        /// The object.
+        /// The object that contains the key.
         object: &'d Value,
-        /// The member, where there is one.
+        /// The member whose key is at the cursor; `None` in a gap.
         entry: Option<&'d Entry>,
     },
-    /// A value, or room for one.
+    /// A value, or a gap where one can be inserted.
     Value(Option<&'d Value>),
 }
 
 impl<'d> Site<'d> {
-    /// The place of an offset in the text that a value was read from.
+    /// Finds the location of a byte offset in `text`, from which `root` was parsed.
     pub(super) fn find(root: &'d Value, text: &str, offset: usize) -> Self {
         let (mut value, mut way) = (root, Vec::new());
         loop {
@@ -82,12 +82,13 @@ impl<'d> Site<'d> {
         }
     }
 
-    /// The JSON pointer of the value, or of the object for a key.
+    /// Returns the JSON pointer of the value at the cursor, or of the object that contains the key.
     pub(super) fn pointer(&self) -> String {
         self.way.iter().fold(String::new(), |pointer, key| pointer_join(&pointer, key))
     }
 
-    /// The string in which the cursor stands, and how far.
+    /// Returns the string at the cursor, and the number of bytes between its opening quote and the cursor. Returns
+    /// `None` outside of strings.
     pub(super) fn string(&self, text: &str, offset: usize) -> Option<(&'d Value, usize)> {
         let Spot::Value(Some(value)) = self.spot else { return None };
         value.text()?;
@@ -96,7 +97,7 @@ impl<'d> Site<'d> {
     }
 }
 
-/// Whether an offset is between the brackets of a container, or behind one that is never closed.
+/// Returns `true` if an offset is between the brackets of a container, or after a container that is never closed.
 fn is_inside(value: &Value, text: &str, offset: usize) -> bool {
     let Range { start, end } = value.span.range();
     let is_closed = text.get(start..end).is_some_and(|text| text.len() > 1 && text.ends_with(['}', ']']));
@@ -115,7 +116,7 @@ enum Member<'d> {
     None,
 }
 
-/// The member of an object whose key, or the room for whose value, an offset is in.
+/// Finds the object member whose key, or whose value or room for a value, contains an offset.
 fn member_at<'d>(entries: &'d [Entry], text: &str, offset: usize) -> Member<'d> {
     let Some(entry) = entries.iter().rev().find(|entry| (entry.key_span.start as usize) < offset) else {
         return Member::None;
@@ -136,14 +137,14 @@ fn member_at<'d>(entries: &'d [Entry], text: &str, offset: usize) -> Member<'d> 
     }
 }
 
-/// The bytes of a key or value that is written there: of a string without an end, those up to the cursor.
+/// Returns the byte range of a key or value. A string without a closing quote ends at the cursor.
 fn written(range: Range<usize>, text: &str, offset: usize) -> Range<usize> {
     let token = text.get(range.clone()).unwrap_or_default();
     let is_open = token.starts_with('"') && (token.len() < 2 || !token.ends_with('"'));
     if is_open { range.start..offset.max(range.start) } else { range }
 }
 
-/// The word without quotes around an offset.
+/// Returns the byte range of the unquoted word around an offset.
 fn word_at(text: &str, offset: usize) -> Range<usize> {
     let is_of_word = |character: char| character.is_ascii_alphanumeric() || character == '_';
     let (before, behind) = text.split_at_checked(offset).unwrap_or((text, ""));
@@ -158,7 +159,7 @@ mod tests {
     use crate::graph::document;
     use crate::graph::source::Sources;
 
-    /// The place of `|`: the pointer, whether it is a key, and the bytes that would be replaced.
+    /// Returns the JSON pointer at `|`, whether a key is there, and the text that would be replaced.
     fn site(marked: &str) -> (String, bool, String) {
         let offset = marked.find('|').unwrap();
         let text = marked.replacen('|', "", 1);

@@ -13,12 +13,12 @@ use crate::graph::source::Span;
 /// The maximum number of characters of a value that are shown.
 const LONGEST: usize = 40;
 
-/// An expression and its value.
+/// An expression in a file, with its value.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Computed {
-    /// The place of the string that holds the expression.
+    /// The source range of the string that holds the expression.
     pub place: Span,
-    /// The value as text; a long one is cut off.
+    /// The value as text, cut off with `…` after 40 characters.
     pub value: String,
 }
 
@@ -35,7 +35,8 @@ pub(super) fn computed(context: &Context<'_>) -> Vec<Computed> {
     found
 }
 
-/// Adds the expressions below a value; `rounds` are the names of the loops around it, which hide others.
+/// Adds the values of all expressions in a JSON value. Skips expressions that name one of `rounds`, the variables of
+/// the enclosing loops.
 fn below<'v>(value: &'v Value, scope: &StaticScope, rounds: &mut Vec<&'v str>, found: &mut Vec<Computed>) {
     let outer = rounds.len();
     let own = value.get("for_each").and_then(Value::entries);

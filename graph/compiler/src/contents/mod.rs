@@ -7,7 +7,7 @@ use crate::graph::Graph;
 use crate::resources::resolved::ResolvedResources;
 use umbragraph_pipeline::work::PassHandle;
 
-/// Resources as the passes that run use them.
+/// The resolved resources and the graph of a pipeline, with a test whether a pass is live (not culled).
 #[derive(Clone, Copy)]
 pub(crate) struct LiveResources<'r, 'a> {
     pub(crate) resolved: &'r ResolvedResources<'a>,

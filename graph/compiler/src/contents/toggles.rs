@@ -21,7 +21,8 @@ use umbragraph_pipeline::pipeline::{
 };
 use umbragraph_pipeline::work::{PassHandle, ResourceHandle};
 
-/// The passthroughs of what a pass writes, by names; a version as it is written in a reference.
+/// Returns the passthroughs of the resources that a pass writes: resource name to fallback name, with a version suffix
+/// such as `@pass` if needed.
 pub(crate) fn passthrough_names(pipeline: &TypedPipeline, pass: &Pass) -> BTreeMap<String, String> {
     let name = |handle: ResourceHandle| pipeline.resource(handle).name.clone();
     let written = pass.accesses().iter().filter(|one| one.usage.writes());
@@ -39,7 +40,8 @@ pub(crate) fn passthrough_names(pipeline: &TypedPipeline, pass: &Pass) -> BTreeM
         .collect()
 }
 
-/// Whether a pass that can be off is the first to write some subresource range, for each resource.
+/// Returns for each transient resource, by index, whether a live pass with a toggle is the first to write some
+/// subresource range. `false` for all other resources.
 pub(crate) fn conditional(
     pipeline: &TypedPipeline,
     graph: &Graph,
@@ -57,7 +59,8 @@ pub(crate) fn conditional(
     conditional
 }
 
-/// The live writes of a resource by passes that can be off, with nothing below that always is there.
+/// Returns the live writes of a resource by passes with a toggle, unless an earlier write without a toggle contains the
+/// same subresource range.
 fn uncovered<'a>(
     pipeline: &'a TypedPipeline,
     graph: &'a Graph,
@@ -77,8 +80,8 @@ fn uncovered<'a>(
     })
 }
 
-/// Finds pictures of the host's that a toggle leaves without anything: written without loading, and only by passes that
-/// can be off. What loads shows what the host had there; of two passes with opposite toggles one always runs.
+/// Reports imported resources that nothing writes in some toggle state, although a pass with a toggle writes them
+/// without loading. Writes that load are exempt, because they keep the contents of the host.
 pub(crate) fn check_outputs(live: LiveResources<'_, '_>, diagnostics: &mut Vec<Diagnostic>) {
     let LiveResources { resolved, graph, is_live } = live;
     let pipeline = resolved.pipeline;
@@ -125,8 +128,8 @@ pub(crate) fn check_outputs(live: LiveResources<'_, '_>, diagnostics: &mut Vec<D
     }
 }
 
-/// Finds fallbacks that do not fit what the readers do with them. Formats and subresource ranges are checked as those
-/// of any access.
+/// Reports fallbacks of passthroughs that differ from their resource in samples, dimension or layers, or are smaller
+/// buffers. Format and size must also match if the resource is copied.
 pub(crate) fn check_passthroughs(live: LiveResources<'_, '_>, diagnostics: &mut Vec<Diagnostic>) {
     let LiveResources { resolved, is_live, .. } = live;
     let pipeline = resolved.pipeline;

@@ -30,24 +30,24 @@ use umbragraph_pipeline::language::Lifetime;
 use umbragraph_pipeline::pipeline::{Access, Condition, Located as _, ResourceKind, TypedPipeline, Usage};
 use umbragraph_pipeline::work::PassHandle;
 
-/// The maximum number of mips, ranges of layers or of bytes that a diagnostic names.
+/// The maximum number of entries in a list of mips, layers or bytes in a diagnostic.
 const SHOWN: usize = 8;
-/// More mips than any texture has.
+/// An upper limit on the number of mip levels, which no texture reaches.
 const MAX_MIPS: u64 = 32;
 
-/// The subresources of a read that exist.
+/// The subresources of a read that exist in the resource. Ranges are first index and end (exclusive).
 struct Wanted {
     mips: (u64, u64),
-    /// Layers or slices of mip 0, or bytes.
+    /// The range of layers, of slices of mip 0 for a 3D texture, or of bytes for a buffer.
     run: (u64, u64),
-    /// The slices of mip 0, for a volume; each further mip has half as many.
+    /// The number of depth slices of mip 0, which halves with each mip; `None` unless the texture is 3D.
     slices: Option<u64>,
-    /// Depth (0), stencil (1) or both; color is one of its own.
+    /// The aspects that are read: 0 for color or depth, 1 for stencil.
     aspects: Vec<u64>,
     is_buffer: bool,
 }
 
-/// Finds what live passes read that nothing writes.
+/// Reports reads by live passes of contents that no pass has written.
 pub(crate) fn check(live: LiveResources<'_, '_>, diagnostics: &mut Vec<Diagnostic>) {
     let LiveResources { resolved, graph, is_live } = live;
     for read in graph.partial.iter().filter(|read| is_live(read.reader)) {
@@ -83,7 +83,7 @@ pub(crate) fn check(live: LiveResources<'_, '_>, diagnostics: &mut Vec<Diagnosti
     check_lasting(live, diagnostics);
 }
 
-/// Finds what is read of resources with memory of their own, and no pass writes in any frame.
+/// Warns of reads of persistent resources and of earlier frames whose subresources no pass writes in any frame.
 fn check_lasting(live: LiveResources<'_, '_>, diagnostics: &mut Vec<Diagnostic>) {
     let LiveResources { resolved, graph, is_live } = live;
     let pipeline = resolved.pipeline;
@@ -124,14 +124,16 @@ fn check_lasting(live: LiveResources<'_, '_>, diagnostics: &mut Vec<Diagnostic>)
     }
 }
 
-/// The existing subresources of an access among those that are left, in words: empty for all of it, `None` for nothing.
+/// Returns the existing subresources of an access that are in `left` (unwritten), in words. An empty string stands for
+/// the full access; `None` means that nothing is unwritten or sizes are unknown.
 pub(crate) fn existing(resolved: &ResolvedResources<'_>, one: &Access, left: &Left) -> Option<String> {
     let wanted = wanted(resolved, one)?;
     let gaps = gaps(&wanted, left);
     gaps.iter().any(|(_, _, runs)| !runs.is_empty()).then(|| pieces(&wanted, &gaps))
 }
 
-/// Finds layers of earlier frames that some of the passes that write the history leave as they were longer ago.
+/// Reports reads of an earlier frame of a history that may find older contents, because a toggle keeps a pass from
+/// writing some layers in that frame.
 fn check_earlier_frames(live: LiveResources<'_, '_>, diagnostics: &mut Vec<Diagnostic>) {
     let LiveResources { resolved, graph, is_live } = live;
     let pipeline = resolved.pipeline;
@@ -170,7 +172,8 @@ fn check_earlier_frames(live: LiveResources<'_, '_>, diagnostics: &mut Vec<Diagn
     }
 }
 
-/// The diagnostic of a pass that reads what a copy leaves between its rows, where nothing filled it before.
+/// Returns the error if `reader` reads bytes that `copy` leaves between its rows of texels. `boxes` holds the bytes
+/// that nothing filled before the copy.
 fn between_rows(
     resolved: &ResolvedResources<'_>,
     copy: PassHandle,
@@ -216,7 +219,7 @@ fn between_rows(
     None
 }
 
-/// The subresources of a read that exist; `None` if that is not known.
+/// Returns the subresources of an access that exist in the resource; `None` if the resource has no resolved descriptor.
 fn wanted(resolved: &ResolvedResources<'_>, one: &Access) -> Option<Wanted> {
     let [mips, layers, aspects, bytes] = extents(one.range);
     let within = |run: (u64, u64), count: u64| (run.0, run.1.min(count));
@@ -247,14 +250,14 @@ fn wanted(resolved: &ResolvedResources<'_>, one: &Access) -> Option<Wanted> {
 }
 
 impl Wanted {
-    /// The layers, slices or bytes of one mip.
+    /// Returns the layers, slices or bytes that are read of one mip level, as first index and end (exclusive).
     fn run_of(&self, mip: u64) -> (u64, u64) {
         let end = self.slices.map_or(u64::MAX, |slices| (slices >> mip).max(1));
         (self.run.0, self.run.1.min(end))
     }
 }
 
-/// The runs of layers that nothing writes, by mip level and aspect.
+/// Returns the unwritten runs of layers, slices or bytes for each mip level and aspect, as `(mip, aspect, runs)`.
 fn gaps(wanted: &Wanted, left: &Left) -> Vec<(u64, u64, Runs)> {
     let mips = wanted.mips.0..wanted.mips.1;
     let each = || mips.clone().flat_map(|mip| wanted.aspects.iter().map(move |aspect| (mip, *aspect)));
@@ -295,7 +298,7 @@ fn gaps(wanted: &Wanted, left: &Left) -> Vec<(u64, u64, Runs)> {
     }
 }
 
-/// The unwritten subresources in words: mips with the same layers are named together.
+/// Returns the unwritten subresources in words. Mip levels with the same unwritten runs are named together.
 fn pieces(wanted: &Wanted, gaps: &[(u64, u64, Runs)]) -> String {
     // What of a mip is missing: by aspect the ranges, none of which means all.
     type Shape = Vec<(u64, Option<Runs>)>;
@@ -334,7 +337,7 @@ fn pieces(wanted: &Wanted, gaps: &[(u64, u64, Runs)]) -> String {
     listed(words)
 }
 
-/// `mips 1 and 3 to 5`.
+/// Returns a unit and index runs in words, such as `mips 1 and 3 to 5`.
 fn counted(unit: &str, runs: &[(u64, u64)]) -> String {
     let several = runs.len() > 1 || runs.iter().any(|(first, end)| end - first > 1);
     let one = |(first, end): &(u64, u64)| match end - first {
@@ -344,7 +347,8 @@ fn counted(unit: &str, runs: &[(u64, u64)]) -> String {
     format!("{unit}{} {}", if several { "s" } else { "" }, listed(runs.iter().map(one).collect()))
 }
 
-/// A list in words; a long one is cut.
+/// Joins entries with commas and "and". A list of more than `SHOWN` entries is cut and ends with the number of the
+/// rest.
 fn listed(mut words: Vec<String>) -> String {
     if words.len() > SHOWN {
         let more = words.len() - (SHOWN - 1);

@@ -33,15 +33,15 @@ use umbragraph_pipeline::frame::FrameInput;
 use umbragraph_pipeline::pipeline::{LiveSettings, Located as _, ResourceKind};
 use umbragraph_pipeline::work::{CpuContext, CpuRun, CpuWork, PassHandle, ResourceHandle, Subresource, Work};
 
-/// The number of inputs up to which a pass gets them without an allocation.
+/// The maximum number of inputs that a pass receives without a heap allocation.
 const FEW_INPUTS: usize = 8;
 
 /// The CPU passes of a plan, with their state and data.
 pub struct CpuPasses {
     plan: Arc<Plan>,
-    /// The state of each CPU pass, by its position in the plan.
+    /// For each pass of the plan, by position: the CPU node with its state; `None` for other passes.
     runs: Vec<Option<Box<dyn CpuRun>>>,
-    /// The published data, by resource.
+    /// For each resource, indexed by handle: the last published data; `None` for textures and buffers.
     data: Vec<Option<BlackboardData>>,
     switches: Switches,
 }
@@ -61,13 +61,13 @@ impl CpuPasses {
         Self { runs, data, switches: Switches::new(&plan), plan }
     }
 
-    /// Replaces the plan. Passes that are equal in both keep their state.
+    /// Replaces the plan. CPU passes that are equal in both plans keep their state and data.
     pub fn set_plan(&mut self, plan: Arc<Plan>) {
         let before = std::mem::replace(self, Self::new(plan));
         self.go_on_from(before);
     }
 
-    /// Takes over the state of passes that are equal in both plans.
+    /// Moves in the state and data of CPU passes that have the same name, node and data shape in another plan.
     pub fn go_on_from(&mut self, mut before: Self) {
         let (plan, old) = (&self.plan, &before.plan);
         for (run, planned) in self.runs.iter_mut().zip(&plan.passes) {
@@ -90,10 +90,10 @@ impl CpuPasses {
         }
     }
 
-    /// Runs the passes for a frame, with the toggles that are switched otherwise than the pipeline says.
+    /// Runs the CPU passes for a frame. `toggles` are the names and states of toggles; others have their default state.
     ///
     /// # Errors
-    /// Toggles that the pipeline does not have; a pass that publishes what it did not declare.
+    /// Fails if the pipeline does not have a toggle, or if a pass publishes data that it did not declare.
     pub fn run(&mut self, frame: &FrameInput, toggles: &[(&str, bool)]) -> Result<(), Diagnostics> {
         let mut diagnostics = Switches::check(&self.plan, toggles);
         if diagnostics.has_errors() {
@@ -106,10 +106,10 @@ impl CpuPasses {
         if diagnostics.is_empty() { Ok(()) } else { Err(diagnostics) }
     }
 
-    /// Runs the pass at a position of the plan; `None` where that is no CPU pass, or one that toggles leave out.
+    /// Runs the pass at a position of the plan. Returns `None` if it is not a CPU pass, or is switched off by a toggle.
     ///
     /// # Errors
-    /// A pass that publishes what it did not declare.
+    /// Fails if the pass publishes data that it did not declare.
     pub fn run_pass(&mut self, at: usize, frame: &FrameInput) -> Option<Result<(), Diagnostic>> {
         let pass = self.plan.passes.get(at)?.handle;
         let cpu = cpu_work(&self.plan, pass)?;
@@ -147,12 +147,13 @@ impl CpuPasses {
         runs.then_some(outcome)
     }
 
-    /// The plan.
+    /// The plan whose CPU passes run.
     pub fn plan(&self) -> &Arc<Plan> {
         &self.plan
     }
 
-    /// Returns the data that a pass last published, by the name of its resource.
+    /// Returns the data that a pass last published, by the name of the resource; `None` if no blackboard data has this
+    /// name.
     pub fn data(&self, name: &str) -> Option<&BlackboardData> {
         self.data.get(self.plan.pipeline.find_resource(name)?.index())?.as_ref()
     }
@@ -188,22 +189,24 @@ impl CpuPasses {
 
 /// Methods that only an executor needs.
 impl CpuPasses {
-    /// Lets the node at a position of the plan, if there is one, take over live settings; `None` after a diagnostic.
+    /// Updates the CPU node at a position of the plan with live settings; other passes are ignored. Returns `None`
+    /// after a diagnostic.
     pub fn update(&mut self, at: usize, settings: &mut LiveSettings<'_>) -> Option<()> {
         self.runs.get_mut(at).and_then(Option::as_mut).map_or(Some(()), |run| run.update(settings))
     }
 
-    /// Switches the toggles of a frame.
+    /// Sets the toggles of a frame; toggles that are not listed have their default state.
     pub fn switch(&mut self, toggles: &[(&str, bool)]) {
         self.switches.set(&self.plan, toggles);
     }
 
-    /// Returns the data that readers of a resource get: the fallback's data where toggles select the fallback.
+    /// Returns the data that readers of a resource get: the fallback's data if toggles select the fallback. `None` for
+    /// textures and buffers.
     pub fn seen(&self, resource: ResourceHandle) -> Option<&BlackboardData> {
         self.data.get(self.switches.seen(resource).index())?.as_ref()
     }
 
-    /// The state of the toggles in the frame.
+    /// The states of the toggles in the current frame.
     pub fn switches(&self) -> &Switches {
         &self.switches
     }

@@ -28,33 +28,34 @@ use umbragraph_pipeline::work::Deferred;
 
 use crate::values::settings::{Bound, PlannedSetting};
 
-/// Takes over what has changed of the pass at a position: the values of its live settings, and its blocks.
+/// A callback for each pass with changed live settings. It receives the position of the pass in the plan, the values of
+/// its live settings, and its constant blocks.
 pub type TakeOver<'a> = dyn FnMut(usize, &[Value], &[PackedBlock]) + 'a;
 
-/// The parameters of a plan with their values in this frame.
+/// The parameters of a plan with their values in the current frame.
 pub struct Parameters {
     plan: Arc<Plan>,
-    /// The values of all names that live settings can see.
+    /// The values of all names that the expressions of live settings can use.
     scope: StaticScope,
-    /// The value of each parameter that passes have taken over.
+    /// The last value of each parameter that was applied to the passes.
     settled: Vec<Value>,
-    /// Memory for values that are given.
+    /// A scratch value for each parameter, into which a new value is written before validation.
     given: Vec<Value>,
-    /// Whether each has been set since the plan was made.
+    /// For each parameter, whether a value was set, in this plan or a previous one.
     is_set: Vec<bool>,
-    /// The values that were set in plans before, by name.
+    /// The values that were set in previous plans, by name.
     kept: BTreeMap<String, Value>,
     is_changed: bool,
     id: u64,
-    /// The blocks of each pass.
+    /// The constant blocks of each pass, by position in the plan.
     blocks: Vec<Vec<PackedBlock>>,
-    /// The values of the live settings of each pass.
+    /// The values of the live settings of each pass, by position in the plan.
     taken: Vec<Vec<Value>>,
     numbers: Vec<f64>,
 }
 
 impl Parameters {
-    /// The parameters of a plan with the values that it was made with.
+    /// Creates the parameters of a plan with the values that the plan was made with.
     pub fn new(plan: Arc<Plan>) -> Self {
         let pipeline = &plan.pipeline;
         let scope = pipeline.scope();
@@ -81,10 +82,10 @@ impl Parameters {
         }
     }
 
-    /// The position of a live parameter.
+    /// Returns the position of a live parameter by name.
     ///
     /// # Errors
-    /// No such parameter, or one that is structural.
+    /// Fails if there is no parameter with this name, or if it is structural (a change needs a new plan).
     pub fn find(&self, name: &str) -> Result<usize, Diagnostics> {
         let parameters = &self.plan.pipeline.parameters;
         let Some((at, (_, parameter))) = parameters.iter().enumerate().find(|(_, (known, _))| *known == name)
@@ -109,7 +110,7 @@ impl Parameters {
         }
     }
 
-    /// The value of the parameter at a position.
+    /// Returns the value of the parameter at a position; `None` if there is none.
     pub fn get(&self, at: usize) -> Option<&Value> {
         self.scope.borrow(self.plan.pipeline.parameters.keys().nth(at)?)
     }
@@ -119,11 +120,12 @@ impl Parameters {
         self.id
     }
 
-    /// Sets the live parameter at a position to what `assign` makes of a value of it. Passes take it over with
-    /// [`Parameters::apply`].
+    /// Sets the live parameter at a position: `assign` writes the new value. [`Parameters::apply`] then applies it to
+    /// the passes.
     ///
     /// # Errors
-    /// No live parameter of this plan; a value of another type or length, or out of range.
+    /// Fails if there is no live parameter at the position, or if the value has another type or length or is out of
+    /// range. The parameter then keeps its value.
     pub fn set(&mut self, at: usize, assign: &mut dyn FnMut(&mut Value)) -> Result<(), Diagnostics> {
         let found = self.plan.pipeline.parameters.iter().nth(at);
         let Some((name, parameter)) = found.filter(|(_, parameter)| parameter.structural.is_none()) else {
@@ -164,10 +166,12 @@ impl Parameters {
         }
     }
 
-    /// Lets passes take over the parameters that have changed: CPU nodes at once, everything else through `set`.
+    /// Applies changed parameters to the passes: updates CPU nodes directly, and calls `set` for each pass with changed
+    /// live settings.
     ///
     /// # Errors
-    /// Diagnostics as of loading and planning with these values; all parameters have the values before then.
+    /// Fails with the diagnostics that loading or planning with these values would give. All parameters then have their
+    /// last applied values again.
     pub fn apply(&mut self, cpu_passes: &mut CpuPasses, set: &mut TakeOver<'_>) -> Result<(), Diagnostics> {
         if !std::mem::take(&mut self.is_changed) {
             return Ok(());
@@ -220,7 +224,8 @@ impl Parameters {
         Ok(())
     }
 
-    /// Holds the value of a live setting to its bound, and packs it if it is of a block.
+    /// Checks the value of a live setting against its bound; packs the value into its constant block if it is a member
+    /// of one.
     fn hold(&mut self, at: usize, position: usize, setting: &PlannedSetting) -> Result<(), Diagnostic> {
         let value = &self.taken[at][position];
         match &setting.bound {
@@ -237,7 +242,7 @@ impl Parameters {
         }
     }
 
-    /// Evaluates what follows from parameters, and holds it to ranges and constraints.
+    /// Evaluates the values derived from parameters, and checks ranges and constraints.
     fn follow(&mut self, pipeline: &TypedPipeline) -> Result<(), Diagnostic> {
         for Following { name, expression, declaration, place } in &pipeline.following {
             let mut value = Value::Bool(false);
@@ -261,7 +266,7 @@ impl Parameters {
     }
 }
 
-/// Evaluates an expression into the value that it had before; whether that is another one now.
+/// Evaluates an expression into `to`; returns `true` if the value changed.
 fn evaluate(
     scope: &StaticScope,
     expression: &Expression,

@@ -8,15 +8,15 @@ use crate::plan::planned::Plan;
 use umbragraph_pipeline::diagnostic::{Diagnostic, Diagnostics, Place, codes, list_of};
 use umbragraph_pipeline::work::{PassHandle, ResourceHandle};
 
-/// The state of the toggles, and the resources that readers see.
+/// The states of the toggles in a frame, and the resource or fallback that readers of each resource get.
 pub struct Switches {
     states: Vec<bool>,
-    /// The resource that readers of each resource see: itself, or its fallback.
+    /// For each resource, indexed by handle: the resource that its readers get, which is itself or a fallback.
     seen: Vec<ResourceHandle>,
 }
 
 impl Switches {
-    /// All toggles at the defaults of the pipeline.
+    /// Creates the state in which all toggles have their defaults.
     pub fn new(plan: &Plan) -> Self {
         let pipeline = &plan.pipeline;
         let seen = pipeline.resource_handles().collect();
@@ -25,7 +25,7 @@ impl Switches {
         switches
     }
 
-    /// The errors in the toggles that a frame names.
+    /// Returns errors for toggles that the pipeline does not have.
     pub fn check(plan: &Plan, given: &[(&str, bool)]) -> Diagnostics {
         let mut diagnostics = Diagnostics::new();
         let toggles = &plan.pipeline.toggles;
@@ -41,7 +41,7 @@ impl Switches {
         diagnostics
     }
 
-    /// Switches the toggles of a frame; those that it does not name are as the pipeline says.
+    /// Sets the toggles of a frame; toggles that are not listed have their default state.
     pub fn set(&mut self, plan: &Plan, given: &[(&str, bool)]) {
         if self.states.is_empty() {
             return;
@@ -53,7 +53,7 @@ impl Switches {
         self.resolve(plan);
     }
 
-    /// Finds what readers see of each resource.
+    /// Computes the resource or fallback that readers of each resource get.
     fn resolve(&mut self, plan: &Plan) {
         for resource in plan.pipeline.passthroughs.keys() {
             let is_there = |handle: &ResourceHandle| {
@@ -67,12 +67,12 @@ impl Switches {
         }
     }
 
-    /// Whether a pass is recorded.
+    /// Returns `true` if the toggles let a pass run in this frame.
     pub fn runs(&self, plan: &Plan, pass: PassHandle) -> bool {
         plan.pipeline.pass(pass).condition.is_none_or(|condition| condition.holds(&self.states))
     }
 
-    /// The resource that readers see in place of a resource: itself, or a fallback.
+    /// Returns the resource that readers of a resource get: the resource itself, or a fallback.
     pub fn seen(&self, resource: ResourceHandle) -> ResourceHandle {
         self.seen.get(resource.index()).copied().unwrap_or(resource)
     }

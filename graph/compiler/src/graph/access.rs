@@ -27,11 +27,12 @@ pub(crate) struct PassAccess<'a> {
     pub(crate) writes: bool,
     pub(crate) version: &'a Version,
     pub(crate) one: &'a Access,
-    /// Its index among the accesses of the pass.
+    /// The index of the access in the access list of its pass.
     pub(crate) at: usize,
 }
 
-/// The accesses of each resource, in the order of the passes. Diagnostics: a pass that reads what it writes.
+/// Returns the accesses of each resource, by resource index and in pass order; equal reads of one pass are listed once.
+/// Reports passes that read a resource while they write it.
 pub(crate) fn accesses<'a>(
     pipeline: &'a TypedPipeline,
     diagnostics: &mut Diagnostics,
@@ -80,7 +81,7 @@ pub(crate) fn accesses<'a>(
     accesses
 }
 
-/// Whether an access is that of a shader, or of a draw, to a buffer.
+/// Returns `true` if a render or compute pass accesses a buffer, which WebGPU then tracks as one unit.
 fn is_scoped(pipeline: &TypedPipeline, pass: PassHandle, access: &Access) -> bool {
     matches!(pipeline.pass(pass).work(), Work::Render(_) | Work::Compute(_)) && is_buffer(pipeline, access)
 }
@@ -89,7 +90,8 @@ fn is_buffer(pipeline: &TypedPipeline, access: &Access) -> bool {
     matches!(pipeline.resource(access.resource).kind, ResourceKind::Buffer(_))
 }
 
-/// Whether two of the writers touch the same subresource range, so that their order has to be found.
+/// Returns `true` if the subresource ranges of two writers overlap, so that they need an order. `writers` holds indices
+/// into `list`.
 pub(crate) fn in_conflict(list: &[PassAccess<'_>], writers: &[usize]) -> bool {
     let mut exact = BTreeSet::new();
     let mut wide: BTreeSet<SubresourceRange> = BTreeSet::new();
@@ -111,18 +113,19 @@ fn is_exact(range: SubresourceRange) -> bool {
     range.is_plain() && range.mip.is_some() && range.layer.is_some()
 }
 
-/// The writers of one resource in their order.
+/// The writers of one resource in write order, with an index to find writers that overlap a subresource range.
 #[derive(Debug, Default)]
 pub(crate) struct Writers {
-    /// Positions in the list of accesses, in order; a rank is a position here.
+    /// The writers as indices into the accesses of the resource, in write order. A rank is an index into this list.
     pub(crate) list: SmallVec<[usize; 2]>,
-    /// Whether no writer has a range of subresources, an aspect or bytes.
+    /// Whether the subresource range of every writer is plain: one or all mip levels and layers, all aspects, all
+    /// bytes.
     pub(crate) are_plain: bool,
-    /// Most resources have one writer, which needs no index.
+    /// The ranks by subresource range and pass; `None` for fewer than two writers.
     index: Option<Box<Index>>,
 }
 
-/// The ranks of several writers.
+/// The ranks of the writers of one resource, by subresource range and by pass.
 #[derive(Debug, Default)]
 struct Index {
     all: Vec<usize>,
@@ -132,7 +135,7 @@ struct Index {
 }
 
 impl Writers {
-    /// The index of writers that are in order.
+    /// Indexes writers that are already in write order.
     pub(crate) fn new(accesses: &[PassAccess<'_>], list: SmallVec<[usize; 2]>) -> Self {
         let are_plain = list.iter().all(|at| accesses[*at].range.is_plain());
         if list.len() < 2 {
@@ -151,7 +154,7 @@ impl Writers {
         Self { list, are_plain, index: Some(Box::new(index)) }
     }
 
-    /// The rank of the write of a subresource range by a pass.
+    /// Returns the rank of the write of a pass to exactly this subresource range; `None` if there is no such write.
     pub(crate) fn rank(
         &self,
         accesses: &[PassAccess<'_>],
@@ -176,7 +179,7 @@ impl Writers {
         }
     }
 
-    /// The ranks below a limit whose subresource ranges may overlap a subresource range, the latest first.
+    /// Returns the ranks below `limit` of writers whose subresource ranges may overlap `range`, in descending order.
     pub(crate) fn before(&self, limit: usize, range: SubresourceRange) -> impl Iterator<Item = usize> + '_ {
         let (a, b) = self.lists(range);
         let mut a = a[..a.partition_point(|rank| *rank < limit)].iter().rev().copied().peekable();
@@ -184,7 +187,7 @@ impl Writers {
         std::iter::from_fn(move || if a.peek() > b.peek() { a.next() } else { b.next() })
     }
 
-    /// The ranks from a start whose subresource ranges may overlap a subresource range, the earliest first.
+    /// Returns the ranks from `start` on of writers whose subresource ranges may overlap `range`, in ascending order.
     pub(crate) fn after(&self, start: usize, range: SubresourceRange) -> impl Iterator<Item = usize> + '_ {
         let (a, b) = self.lists(range);
         let mut a = a[a.partition_point(|rank| *rank < start)..].iter().copied().peekable();

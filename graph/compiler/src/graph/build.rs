@@ -8,10 +8,10 @@ use crate::memory::history;
 use umbragraph_pipeline::diagnostic::Diagnostics;
 use umbragraph_pipeline::pipeline::TypedPipeline;
 
-/// Builds the graph of a pipeline.
+/// Builds the dependency graph of a pipeline. Returns `None` if errors leave no valid order of the passes.
 ///
-/// Diagnostics: reads of what nothing writes or of what is discarded, unordered writers, cycles, a pass that reads and
-/// writes one subresource range in a way that no device allows. The result is `None` after errors that leave no order.
+/// Diagnostics: reads of contents that are never written or are discarded, writers without an order, and cycles. Also a
+/// pass that reads and writes one subresource range in a way that no device allows.
 pub fn build(pipeline: &TypedPipeline, diagnostics: &mut Diagnostics) -> Option<Graph> {
     history::check_use(pipeline, diagnostics);
     let accesses = accesses(pipeline, diagnostics);

@@ -7,7 +7,7 @@ use umbragraph_pipeline::pipeline::{Access, Condition, Located as _, Pass, Typed
 use umbragraph_pipeline::source::Span;
 use umbragraph_pipeline::work::PassHandle;
 
-/// Whether a pass runs in the frames in which something else happens.
+/// The frames in which a pass runs, among the frames in which given toggle conditions hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Runs {
     Always,
@@ -15,7 +15,8 @@ pub(crate) enum Runs {
     Sometimes(Condition),
 }
 
-/// The conditions that hold in a frame in which an access happens; `None` if it never does.
+/// Returns the toggle conditions that hold in every frame in which an access happens, sorted. `None` if they contradict
+/// each other, so that the access never happens.
 pub(crate) fn known(pass: &Pass, one: &Access) -> Option<Vec<Condition>> {
     let mut known: Vec<Condition> = pass.condition.iter().chain(&one.when).copied().collect();
     known.sort_unstable();
@@ -24,7 +25,7 @@ pub(crate) fn known(pass: &Pass, one: &Access) -> Option<Vec<Condition>> {
     possible.then_some(known)
 }
 
-/// Whether a pass runs in frames with known conditions.
+/// Returns whether a pass runs always, never or sometimes in frames in which all conditions in `known` hold.
 pub(crate) fn runs(pass: &Pass, known: &[Condition]) -> Runs {
     match pass.condition {
         None => Runs::Always,
@@ -34,7 +35,8 @@ pub(crate) fn runs(pass: &Pass, known: &[Condition]) -> Runs {
     }
 }
 
-/// The diagnostic of a read for which nothing is left where a condition does not hold.
+/// Returns the error for a read that finds unwritten contents in frames in which `condition` does not hold and `writer`
+/// is off. `pieces` names the unwritten subresources; an empty string stands for all that are read.
 pub(crate) fn taken_away(
     pipeline: &TypedPipeline,
     reader: PassHandle,

@@ -7,13 +7,14 @@ use petgraph::algo::kosaraju_scc;
 use petgraph::graph::DiGraph;
 use std::collections::VecDeque;
 
-/// The maximum number of starts from which a shortest cycle is searched in one component; beyond that it may not be the
-/// shortest.
+/// The maximum number of start nodes of the search in one component. In a larger component the cycle found may not be
+/// the shortest.
 const MAX_STARTS: usize = 256;
-/// The maximum number of members over all starts that are looked at in one component, but one start is always tried.
+/// The maximum number of node visits in one component, summed over all start nodes. One start node is always searched.
 const MAX_VISITS: usize = 1_000_000;
 
-/// One cycle for each strongly connected component, as the nodes along it from its smallest; sorted.
+/// Returns a shortest cycle for each strongly connected component of more than one node, sorted. `edges` holds the
+/// successors of each node; a cycle lists its nodes along the edges, from the smallest.
 pub(crate) fn shortest(edges: &[Vec<usize>]) -> Vec<Vec<usize>> {
     let mut graph = DiGraph::<(), ()>::with_capacity(edges.len(), edges.iter().map(Vec::len).sum());
     let nodes: Vec<_> = edges.iter().map(|_| graph.add_node(())).collect();
@@ -43,7 +44,8 @@ pub(crate) fn shortest(edges: &[Vec<usize>]) -> Vec<Vec<usize>> {
     cycles
 }
 
-/// A shortest cycle through `start` inside its component, found breadth first.
+/// Returns a shortest cycle through `start` inside its component, found by breadth-first search; `None` if there is
+/// none.
 fn from_start(
     edges: &[Vec<usize>],
     component_of: &[usize],

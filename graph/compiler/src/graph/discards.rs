@@ -17,7 +17,7 @@ use umbragraph_pipeline::language::Lifetime;
 use umbragraph_pipeline::pipeline::{Access, Aspect, Located as _, SubresourceRange, TypedPipeline};
 use umbragraph_pipeline::work::{AttachmentTarget, PassHandle, RenderWork, ResourceHandle, Work};
 
-/// Finds the readers of what passes discard.
+/// Reports passes that read attachments after another pass discarded them.
 pub(crate) fn check(pipeline: &TypedPipeline, graph: &Graph, diagnostics: &mut Diagnostics) {
     let mut discarded = Vec::new();
     for handle in pipeline.pass_handles() {
@@ -46,7 +46,7 @@ pub(crate) fn check(pipeline: &TypedPipeline, graph: &Graph, diagnostics: &mut D
     }
 }
 
-/// Whether a pass discards what it leaves in a subresource range.
+/// Returns `true` if a pass discards its result in a subresource range of an attachment (store operation "discard").
 pub(crate) fn discards(render: &RenderWork, resource: ResourceHandle, range: SubresourceRange) -> bool {
     render.attachments().filter(|one| one.discard).any(|one| {
         let AttachmentTarget { resource: discarded, mip, layer } = one.to.target();
@@ -63,11 +63,11 @@ pub(crate) fn discards(render: &RenderWork, resource: ResourceHandle, range: Sub
 struct Check<'a> {
     pipeline: &'a TypedPipeline,
     graph: &'a Graph,
-    /// The pass that discards.
+    /// The pass that discards the attachment.
     handle: PassHandle,
-    /// The attachment that it discards.
+    /// The write access of the discarded attachment.
     one: &'a Access,
-    /// The passes that use the resource, in this frame or a later one.
+    /// The passes that access the resource, in the same frame or, through a history, in a later frame.
     users: &'a [PassHandle],
 }
 
@@ -97,7 +97,7 @@ impl Check<'_> {
         }
     }
 
-    /// The access with which a pass reads a discarded attachment.
+    /// Returns the accesses by which a pass reads subresources of the discarded attachment.
     fn reads(&self, reader: PassHandle) -> impl Iterator<Item = &Access> {
         let accesses = self.pipeline.pass(reader).accesses().iter();
         accesses
@@ -105,7 +105,8 @@ impl Check<'_> {
             .filter(|read| read.range.overlaps(self.one.range))
     }
 
-    /// Whether passes before write, in each frame with the reader, all that it reads of what is discarded.
+    /// Returns `true` if writes of the same frame replace, in every toggle state, all discarded contents that `reader`
+    /// would read. Also `true` if this is too costly to decide.
     fn is_written(&self, reader: PassHandle, read: &Access) -> bool {
         let Some(known) = conditions::known(self.pipeline.pass(reader), read) else { return true };
         let mut effort = Effort::default();

@@ -3,11 +3,11 @@
 //! Most passes and resources have one or two entries in each list. A vector of vectors would put each of these lists
 //! somewhere else in memory, and a graph of 10,000 passes would be a walk over all of it.
 
-/// Lists by number.
+/// An array of lists of different lengths, stored in one allocation. Indexing with a row number returns the list.
 #[derive(Clone, Debug)]
 pub(crate) struct JaggedArray<T> {
     items: Vec<T>,
-    /// The end of each list.
+    /// The end of each list, as an index into `items`.
     ends: Vec<u32>,
 }
 
@@ -27,7 +27,7 @@ impl<T> JaggedArray<T> {
         self.ends.len()
     }
 
-    /// All lists, one after another.
+    /// The items of all lists, one list after another.
     pub(crate) fn items(&self) -> &[T] {
         &self.items
     }

@@ -15,11 +15,12 @@ use crate::graph::ready::{positions, sorted};
 use umbragraph_pipeline::pipeline::{Access, Pass, SubresourceRange, TypedPipeline, Version};
 use umbragraph_pipeline::work::PassHandle;
 
-/// The writers of a resource that a reader does not see, by rank.
+/// The writers of a resource that run after a reader, so that it does not read their versions. Ranks are indices into
+/// `Writers::list`.
 pub(crate) enum Later {
-    /// All from a rank.
+    /// All writers from this rank on.
     From(usize),
-    /// The marked ranks.
+    /// The writers whose rank is marked with `true`.
     Some(Vec<bool>),
 }
 
@@ -31,7 +32,7 @@ impl Later {
         }
     }
 
-    /// The first rank that may be later.
+    /// The lowest rank of a writer that may run after the reader.
     pub(crate) fn start(&self) -> usize {
         match self {
             Later::From(first) => *first,
@@ -39,7 +40,7 @@ impl Later {
         }
     }
 
-    /// The rank behind all that are not later.
+    /// The end (exclusive) of the ranks of writers that may run before the reader.
     pub(crate) fn end(&self, writers: &Writers) -> usize {
         match self {
             Later::From(first) => *first,
@@ -48,12 +49,13 @@ impl Later {
     }
 }
 
-/// The order of passes that `after` and the names of versions declare.
+/// The order of passes that the document states with `after` and with reads of named versions (`resource@pass`).
 #[derive(Default)]
 pub(crate) struct Stated {
-    /// The passes that follow each pass; empty if no pass declares an order.
+    /// The passes stated to run after each pass, by pass index; empty if the document states no order.
     next: Vec<Vec<PassHandle>>,
-    /// The positions of the passes in an order that respects this; those in a cycle are last.
+    /// The position of each pass, by pass index, in an order that respects `next`. It is `usize::MAX` for a pass in or
+    /// after a cycle.
     position: Vec<usize>,
 }
 
@@ -86,7 +88,7 @@ impl Stated {
         Self { position: positions(&order, next.len()), next }
     }
 
-    /// The passes of some that are stated to be after a reader.
+    /// Returns the passes in `among` that are stated, directly or through other passes, to run after the pass `of`.
     pub(crate) fn followers(
         &self,
         of: PassHandle,
@@ -100,7 +102,7 @@ impl Stated {
         among.filter(|pass| followers.known.contains(pass)).collect()
     }
 
-    /// The writers that are stated to be after a reader.
+    /// Returns the writers of a resource that are stated to run after the pass `reader`.
     pub(crate) fn behind(&self, list: &[PassAccess<'_>], writers: &Writers, reader: PassHandle) -> Later {
         let passes = writers.list.iter().map(|at| list[*at].pass);
         let followers = self.followers(reader, passes.clone());
@@ -110,7 +112,8 @@ impl Stated {
         Later::Some(passes.map(|pass| followers.contains(&pass)).collect())
     }
 
-    /// The writers that follow the one of a version.
+    /// Returns the writers of a resource that run after the version that the pass `named` writes. They are stated to
+    /// follow it, or overwrite it or another such writer.
     pub(crate) fn behind_version(
         &self,
         list: &[PassAccess<'_>],
@@ -126,10 +129,10 @@ impl Stated {
     }
 }
 
-/// The passes that follow some others.
+/// Collects the passes that are stated, directly or through other passes, to run after given passes.
 struct Followers<'a> {
     stated: &'a Stated,
-    /// Passes after this position are not collected.
+    /// The greatest position in the stated order at which passes are still collected.
     last: usize,
     known: HashSet<PassHandle>,
 }
@@ -139,7 +142,7 @@ impl<'a> Followers<'a> {
         Self { stated, last, known: HashSet::new() }
     }
 
-    /// Adds the passes that follow a pass.
+    /// Adds the passes that are stated to run after a pass.
     fn add(&mut self, pass: PassHandle) {
         let mut stack = vec![pass];
         while let Some(pass) = stack.pop() {
@@ -151,7 +154,8 @@ impl<'a> Followers<'a> {
         }
     }
 
-    /// Whether each writer, by rank, is a follower, or overwrites parts of the named pass or of an earlier follower.
+    /// Returns for each writer, by rank, whether it follows the named pass. A writer also follows if it comes later and
+    /// overwrites ranges of the named pass or of a marked writer.
     fn mark(
         mut self,
         list: &[PassAccess<'_>],

@@ -40,13 +40,13 @@ use umbragraph_pipeline::work::{PassHandle, ResourceHandle};
 pub enum GraphNode {
     /// A pass of the pipeline.
     Pass(PassHandle),
-    /// The version of a subresource range that one write made.
+    /// The version (contents) of a subresource range that one write makes.
     Version {
-        /// The resource.
+        /// The resource that is written.
         resource: ResourceHandle,
-        /// The subresource range.
+        /// The subresource range that is written.
         range: SubresourceRange,
-        /// The version number: counts the writes of the resource in order, from 1.
+        /// The version number: the writes of the resource are counted in order, from 1.
         number: u32,
         /// The pass that writes this version.
         writer: PassHandle,
@@ -67,9 +67,9 @@ pub enum Edge {
 /// The reason why one pass must run before another although no data flows between them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Hazard {
-    /// The first reads what the second overwrites.
+    /// The first pass reads contents of this resource that the second pass overwrites.
     WriteAfterRead(ResourceHandle),
-    /// Both write the same subresource range.
+    /// Both passes write overlapping subresource ranges of this resource.
     WriteAfterWrite(ResourceHandle),
     /// The pipeline document declares the order with `after`.
     Explicit,
@@ -78,18 +78,19 @@ pub enum Hazard {
 /// The dependency graph of passes and resource versions, with an order that respects all edges.
 #[derive(Clone, Debug)]
 pub struct Graph {
-    /// The graph.
+    /// The nodes and edges of the graph.
     pub graph: DiGraph<GraphNode, Edge>,
-    /// All passes, including culled ones, in an order that respects every edge; document order where there is a choice.
+    /// All passes, including passes that will be culled, in an order that respects every edge. Where edges leave a
+    /// choice, document order decides.
     pub order: Vec<PassHandle>,
     pub(crate) nodes: Vec<NodeIndex>,
-    /// The nodes of the versions of each resource, in their order.
+    /// The version nodes of each resource in write order, by resource index.
     pub(crate) versions: JaggedArray<NodeIndex>,
-    /// The passes that have to run after each pass, for whatever reason; repetitions are possible.
+    /// The passes that must run after each pass, by pass index; may contain duplicates.
     pub(crate) successors: JaggedArray<PassHandle>,
-    /// The reads that may have more edges than there is data.
+    /// The reads for which [`Self::is_coarse`] returns `true`, as reader and resource.
     pub(crate) coarse: BTreeSet<(PassHandle, ResourceHandle)>,
-    /// The reads of which something may not be written, as sizes decide.
+    /// The reads that may find unwritten contents; this can be decided only once resource sizes are known.
     pub(crate) partial: Vec<PartialRead>,
 }
 
@@ -99,7 +100,7 @@ impl Graph {
         self.nodes[pass.index()]
     }
 
-    /// Returns the passes whose writes a pass reads, each with the resource.
+    /// Returns the passes whose writes a pass reads, each with the resource that is read.
     pub fn producers(&self, pass: PassHandle) -> impl Iterator<Item = (PassHandle, ResourceHandle)> + '_ {
         self.graph.edges_directed(self.node(pass), Direction::Incoming).filter_map(|edge| {
             match self.graph[edge.source()] {
@@ -109,7 +110,7 @@ impl Graph {
         })
     }
 
-    /// Returns the passes that read a pass's writes, each with the resource.
+    /// Returns the passes that read the writes of a pass, each with the resource that is read.
     pub fn consumers(&self, pass: PassHandle) -> impl Iterator<Item = (PassHandle, ResourceHandle)> + '_ {
         self.versions(pass).flat_map(move |(node, resource)| {
             self.graph.neighbors(node).filter_map(move |reader| match self.graph[reader] {
@@ -119,18 +120,18 @@ impl Graph {
         })
     }
 
-    /// The passes that read what a pass writes of a resource, sorted.
+    /// Returns the passes that read the writes of a pass to a resource.
     pub(crate) fn readers(&self, pass: PassHandle, resource: ResourceHandle) -> BTreeSet<PassHandle> {
         self.consumers(pass).filter(|(_, of)| *of == resource).map(|(reader, _)| reader).collect()
     }
 
-    /// Whether a pass reads a resource with more writers of different ranges or toggles than are distinguished. The
-    /// pass may then be connected to writers of which it reads nothing.
+    /// Returns `true` if the resource has too many writers with different ranges or toggles for an exact analysis of
+    /// the read. The reader may then have edges from writers of which it reads nothing.
     pub fn is_coarse(&self, reader: PassHandle, resource: ResourceHandle) -> bool {
         self.coarse.contains(&(reader, resource))
     }
 
-    /// The versions of a resource in their order: the subresource range, and the pass that wrote it.
+    /// Returns the versions of a resource in write order, each as its subresource range and the pass that writes it.
     pub fn versions_of(
         &self,
         resource: ResourceHandle,
@@ -141,7 +142,7 @@ impl Graph {
         })
     }
 
-    /// The versions that a pass writes, each with its resource.
+    /// Returns the nodes of the versions that a pass writes, each with its resource.
     fn versions(&self, pass: PassHandle) -> impl Iterator<Item = (NodeIndex, ResourceHandle)> + '_ {
         self.graph.neighbors(self.node(pass)).filter_map(|node| match self.graph[node] {
             GraphNode::Version { resource, .. } => Some((node, resource)),

@@ -6,8 +6,8 @@ use std::collections::{BTreeSet, BinaryHeap};
 use crate::graph::Graph;
 use umbragraph_pipeline::work::PassHandle;
 
-/// Kahn's algorithm over the successors of each pass; among the passes that are ready the first of the document goes
-/// first. Those in or behind a cycle are left out.
+/// Sorts passes topologically by Kahn's algorithm. `next` returns the successors of a pass; among ready passes the
+/// first in the document goes first. Passes in or after a cycle are left out.
 pub(crate) fn sorted<I: Iterator<Item = PassHandle>>(
     count: usize,
     next: impl Fn(usize) -> I,
@@ -29,7 +29,7 @@ pub(crate) fn sorted<I: Iterator<Item = PassHandle>>(
     order
 }
 
-/// The position of each pass in an order; those that are left out come last.
+/// Returns the position of each pass in `order`, by pass index; `usize::MAX` for passes that `order` leaves out.
 pub(crate) fn positions(order: &[PassHandle], count: usize) -> Vec<usize> {
     let mut positions = vec![usize::MAX; count];
     for (at, pass) in order.iter().enumerate() {
@@ -38,17 +38,17 @@ pub(crate) fn positions(order: &[PassHandle], count: usize) -> Vec<usize> {
     positions
 }
 
-/// The live passes that can run next.
+/// The live (not culled) passes that can run next: all of their predecessors have run.
 pub(crate) struct Ready<'a> {
     graph: &'a Graph,
     missing: Vec<u32>,
     live: Vec<bool>,
-    /// The ready passes in the order of the document.
+    /// The passes that can run next, in document order.
     pub(crate) passes: BTreeSet<PassHandle>,
 }
 
 impl<'a> Ready<'a> {
-    /// The state before the first pass.
+    /// Creates the state before the first pass runs.
     pub(crate) fn new(graph: &'a Graph, live: &[PassHandle]) -> Self {
         let count = graph.successors.len();
         let mut ready =
@@ -65,7 +65,7 @@ impl<'a> Ready<'a> {
         ready
     }
 
-    /// Runs a pass; those that can run now and could not before.
+    /// Marks a pass as run, and returns the live passes that became ready.
     pub(crate) fn take(&mut self, pass: PassHandle) -> Vec<PassHandle> {
         self.passes.remove(&pass);
         let free = self.release(pass);
@@ -83,7 +83,8 @@ impl<'a> Ready<'a> {
         free
     }
 
-    /// Culled passes take no time: what waits for them waits no longer.
+    /// Adds passes that wait for no other pass, and returns the live passes that became ready. Culled passes count as
+    /// run at once.
     fn arrive(&mut self, mut free: Vec<PassHandle>) -> Vec<PassHandle> {
         let mut new = Vec::new();
         while let Some(pass) = free.pop() {

@@ -22,8 +22,8 @@ use umbragraph_pipeline::work::ResourceHandle;
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct PlannedHistory {
-    /// The textures or buffers used in rotation. Place p holds, in frame f, the contents of (p + f) modulo the number
-    /// of places frames ago.
+    /// The textures or buffers used in rotation. In frame `f`, counted from 0, place `p` holds the contents of `(p + f)
+    /// % places.len()` frames ago.
     pub places: Vec<Physical>,
     /// The contents of earlier frames before any were rendered.
     pub initial: InitialValue,
@@ -38,7 +38,7 @@ pub struct PlannedHistory {
 pub enum InitialValue {
     /// A color: red, green, blue and alpha.
     Color([f64; 4]),
-    /// A depth value.
+    /// A depth from 0 to 1.
     Depth(f64),
     /// The 32-bit pattern repeated through a buffer.
     Word(u32),
@@ -72,7 +72,7 @@ pub(crate) fn check_initial(resolved: &ResolvedResources<'_>, diagnostics: &mut 
     }
 }
 
-/// Returns the initial value of a history; `None` if an earlier diagnostic prevents it.
+/// Returns the initial value of a history; `None` if it declares none, or if an earlier diagnostic prevents it.
 ///
 /// # Errors
 ///

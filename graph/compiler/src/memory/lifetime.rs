@@ -56,7 +56,8 @@ pub(crate) fn by_start(requests: &[AllocationRequest]) -> Vec<usize> {
     by_start
 }
 
-/// Assigns a physical resource to each request.
+/// Assigns a physical resource to each request. Requests of one class share a physical resource if their lifetimes do
+/// not overlap.
 pub(crate) fn assign(requests: &[AllocationRequest]) -> Assignment {
     let count = requests.iter().map(|request| request.class + 1).max().unwrap_or(0);
     let mut classes = vec![CompatibilityClass::default(); count];

@@ -17,10 +17,10 @@ use umbragraph_pipeline::language::Lifetime;
 use umbragraph_pipeline::pipeline::ResourceKind;
 use wgpu_types::TextureViewDimension;
 
-/// The maximum number of bytes that a label grows to before the rest of its names is left out.
+/// The length in bytes that a debug label can reach before an ellipsis replaces further resource names.
 const LABEL_BYTES: usize = 120;
 
-/// Fills the resources of a plan.
+/// Fills in the planned resources, physical textures and buffers, histories and byte sums of a plan.
 pub(crate) fn allocate(plan: &mut Plan, resolved: &ResolvedResources<'_>) {
     (plan.bytes, plan.bytes_without_aliasing) = (0, 0);
     plan.textures.clear();
@@ -92,7 +92,7 @@ pub(crate) fn allocate(plan: &mut Plan, resolved: &ResolvedResources<'_>) {
     plan.resources = planned.collect();
 }
 
-/// Adds a texture or a buffer that nothing stands on yet.
+/// Adds a physical texture or buffer with an empty label to the plan, and returns its index.
 fn create(plan: &mut Plan, descriptor: Descriptor, bytes: u64) -> Physical {
     let label = String::new();
     match descriptor {
@@ -110,11 +110,12 @@ fn create(plan: &mut Plan, descriptor: Descriptor, bytes: u64) -> Physical {
     }
 }
 
-/// Counts the bytes that are alive at each pass.
+/// A counter of the bytes alive at each pass.
 struct Peak {
-    /// Bytes that begin or end at each position, for each class.
+    /// For each compatibility class: positions in execution order, with the bytes that become alive there, or minus the
+    /// bytes whose lifetime has ended.
     changes: Vec<Vec<(usize, i128)>>,
-    /// Bytes that begin or end at each position, over all classes.
+    /// For each position in execution order: the change of the bytes alive over all classes.
     all: Vec<i128>,
 }
 
@@ -130,7 +131,7 @@ impl Peak {
         self.all[last + 1] -= bytes;
     }
 
-    /// The sum over the classes of their peaks, and the peak over all together.
+    /// Returns the sum of the peaks of all classes, and the peak over all classes together, in bytes.
     fn finish(self) -> (u64, u64) {
         let peak = |changes: &mut dyn Iterator<Item = i128>| {
             let (mut alive, mut max) = (0i128, 0i128);

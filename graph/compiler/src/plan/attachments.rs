@@ -22,7 +22,7 @@ use umbragraph_pipeline::shader::{ScalarKind, Stage};
 use umbragraph_pipeline::work::{Attachment, LoadOperation, PassHandle, RenderWork};
 
 impl Planner<'_> {
-    /// Plans an attachment of the pass at a position.
+    /// Plans the load and store operations of an attachment of the pass at position `at` in execution order.
     pub(crate) fn attachment(&self, at: usize, attachment: Attachment<'_>) -> PlannedAttachment {
         let Attachment { to, usage, load, discard } = attachment;
         let (target, resource) = (to.target(), self.pipeline.resource(to.resource));
@@ -59,7 +59,8 @@ impl Planner<'_> {
         PlannedAttachment { resource: resource.name.clone(), load, store, transient_attachment, target }
     }
 
-    /// Finds color attachments that the fragment shader does not write as they are, and outputs that go nowhere.
+    /// Returns an error if the outputs of the fragment shader do not match the attachments of the pass in location and
+    /// type.
     pub(crate) fn check_outputs(
         &self,
         handle: PassHandle,
@@ -159,7 +160,7 @@ impl Planner<'_> {
     }
 }
 
-/// Whether an equation multiplies colors by the alpha of what is drawn.
+/// Returns `true` if blending multiplies a color by the alpha of a fragment shader output.
 fn blends_by_alpha(blend: Option<BlendState>) -> bool {
     use wgpu_types::BlendFactor as Factor;
     blend.is_some_and(|BlendState { color, .. }| {
@@ -176,7 +177,7 @@ fn blends_by_alpha(blend: Option<BlendState>) -> bool {
     })
 }
 
-/// Whether an equation takes a second color of the fragment stage.
+/// Returns `true` if blending reads the second source color of the fragment shader (dual-source blending).
 fn blends_two_sources(blend: Option<BlendState>) -> bool {
     let second = |one: BlendComponent| {
         one.src_factor.ref_second_blend_source() || one.dst_factor.ref_second_blend_source()

@@ -23,7 +23,7 @@ use crate::memory::physical::Physical;
 use crate::plan::planned::{Plan, PlannedResource};
 use crate::resources::view_shape;
 
-/// The diagnostics of passes that need something that the profile lacks.
+/// Returns errors for passes and buffers that need a part of WebGPU's core mode that the device profile lacks.
 pub(super) fn check(plan: &Plan) -> Vec<Diagnostic> {
     let lacking = Flags::all() - plan.pipeline.profile.downlevel;
     let mut diagnostics = Vec::new();
@@ -147,7 +147,8 @@ impl Needs<'_> {
         self.seen_as(bound.texture.resource, bound.format?, slot)
     }
 
-    /// A sampled view of another dimension than the one that the texture has on OpenGL, or of a part of its layers.
+    /// Returns an error for a sampled view that has another dimension than the texture has on OpenGL, or covers only
+    /// some of its layers.
     fn other_shape(&self, program: &Program, slot: &BoundSlot) -> Option<Diagnostic> {
         let SlotSource::Texture(bound) = &slot.source else { return None };
         let binding = program.binding_at(slot.group, slot.binding)?;
@@ -207,7 +208,7 @@ impl Needs<'_> {
         &self.plan.pipeline.resource(resource).name
     }
 
-    /// The diagnostic of a part that is lacking.
+    /// Returns an error if the device profile lacks a capability, else `None`.
     fn lacks(
         &self,
         part: Flags,
@@ -225,7 +226,7 @@ impl Needs<'_> {
     }
 }
 
-/// Buffers of indices that are something else as well, where that is not possible.
+/// Returns errors for index buffers that have other usages too, if the device profile does not allow this.
 fn index_buffers(plan: &Plan, lacking: Flags) -> Vec<Diagnostic> {
     if !lacking.contains(Flags::UNRESTRICTED_INDEX_BUFFER) {
         return Vec::new();

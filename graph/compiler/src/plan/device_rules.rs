@@ -21,7 +21,7 @@ use wgpu_types::{
     BindingType, BufferBindingType, Features, ShaderStages, StorageTextureAccess, TextureFormatFeatureFlags,
 };
 
-/// The diagnostics of a plan; a plan with errors among them must not be instantiated.
+/// Returns the violations of WebGPU rules in a plan. A plan with errors must not be instantiated.
 pub(crate) fn check(plan: &Plan) -> Vec<Diagnostic> {
     let mut diagnostics = Vec::new();
     for planned in &plan.passes {
@@ -54,7 +54,7 @@ struct Rules<'a> {
 }
 
 impl Rules<'_> {
-    /// Rejects vertex and index buffers that are too short for what is drawn, if the counts are known.
+    /// Reports vertex and index buffers that have fewer bytes than a draw reads, unless the counts are indirect.
     fn buffer_draw(&self, draw: &BufferDraw) -> Vec<Diagnostic> {
         let DrawCounts::Direct { count, instances } = draw.counts else { return Vec::new() };
         let drawn = DrawnBuffer::all(draw).into_iter().map(|one| {
@@ -70,7 +70,8 @@ impl Rules<'_> {
         drawn.filter_map(too_short).collect()
     }
 
-    /// Rejects variants that lack an entry point of a needed stage, or have several of one stage.
+    /// Returns an error for a shader variant that lacks an entry point of a needed stage, or has several of one stage
+    /// to choose from.
     fn stages(&self, program: &Program) -> Option<Diagnostic> {
         let (needed, optional) = match self.pass.work() {
             Work::Compute(_) => (Stage::Compute, None),
@@ -109,7 +110,8 @@ impl Rules<'_> {
         None
     }
 
-    /// Checks a storage binding. The vertex stage cannot write it, and few formats can be read and written at once.
+    /// Returns an error if the vertex stage writes a storage binding, or if the format of a storage texture does not
+    /// support the access.
     fn storage(&self, program: &Program, binding: &ProgramBinding) -> Option<Diagnostic> {
         let features = self.plan.pipeline.profile.features;
         let (template, name) = (&program.template, &binding.name);
@@ -293,8 +295,8 @@ impl Rules<'_> {
         Some(self.reject(target.resource, message, "add \"layer\""))
     }
 
-    /// All color attachments of a pass together have a limited number of bytes for each sample, each aligned to its
-    /// components.
+    /// Returns an error if the color attachments of a pass need more bytes per sample than the device profile allows.
+    /// Each attachment is aligned to the size of its components.
     fn color_bytes(&self, planned: &PlannedPass) -> Option<Diagnostic> {
         let formats =
             planned.color.iter().filter_map(|color| self.plan.resource(color.target.resource)?.format);

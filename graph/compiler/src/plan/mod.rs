@@ -39,11 +39,11 @@ use umbragraph_pipeline::pipeline::TypedPipeline;
 use umbragraph_pipeline::source::Sources;
 use umbragraph_pipeline::work::PassHandle;
 
-/// Plans a frame.
+/// Plans a frame. Returns `None` after an error.
 ///
-/// Diagnostics: impossible sizes, formats that do not support their usages, attachments that do not fit together or the
-/// shader's outputs, impossible dispatches, values that do not fit their block, imports used beyond their usage.
-/// `None` after an error.
+/// Reports impossible sizes and dispatches, formats that do not support their usages, and imports used in ways that
+/// their usages do not allow. Also reports values that do not fit their block, and attachments that do not match one
+/// another or the shader's outputs.
 pub fn plan(
     pipeline: &Arc<TypedPipeline>,
     graph: &Graph,
@@ -133,7 +133,8 @@ pub fn plan(
     fine.then_some(plan)
 }
 
-/// Finds what is wrong with accesses, now that sizes are known.
+/// Reports accesses that are invalid with the resolved sizes: missing subresources, invalid initial values, unsuitable
+/// fallbacks, and contents that are never written.
 pub(crate) fn check(live: LiveResources<'_, '_>, diagnostics: &mut Vec<Diagnostic>) {
     let resolved = live.resolved;
     let beyond = subresources::beyond(resolved.pipeline, &resolved.sizes);
@@ -152,7 +153,7 @@ fn no_output(pipeline: &TypedPipeline) -> Diagnostic {
     )
 }
 
-/// The filters of draws of the host's meshes, by geometry.
+/// Returns the draw filters of passes that draw the host's meshes, by the name of the geometry contract.
 fn filters(pipeline: &TypedPipeline, passes: &[PlannedPass]) -> BTreeMap<String, BTreeSet<String>> {
     let mut filters: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
     for scene in passes.iter().filter_map(|planned| pipeline.pass(planned.handle).work().scene()) {
@@ -162,7 +163,8 @@ fn filters(pipeline: &TypedPipeline, passes: &[PlannedPass]) -> BTreeMap<String,
 }
 
 impl Plan {
-    /// The passes on the way from a live pass to an output, each with its reason; nothing for a culled pass.
+    /// Returns the passes on the path from a live pass to an output, beginning with the pass itself; empty for a culled
+    /// pass. The field `kept` of each holds its reason.
     pub fn why_kept(&self, pass: PassHandle) -> impl Iterator<Item = &PlannedPass> {
         let next = |planned: &&PlannedPass| match planned.reason {
             KeepReason::ReadBy((reader, _))
@@ -174,7 +176,8 @@ impl Plan {
         std::iter::successors(self.pass(pass), next).take(self.passes.len() + 1)
     }
 
-    /// The reason why a pass is culled, and those of its readers in turn; nothing for a live pass.
+    /// Returns a culled pass with its reason, then the first culled reader with its reason, and so on; empty for a live
+    /// pass.
     pub fn why_culled<'a>(&'a self, pass: &str) -> impl Iterator<Item = (&'a str, &'a CullReason)> {
         let mut next = Some(pass);
         let mut seen = BTreeSet::new();

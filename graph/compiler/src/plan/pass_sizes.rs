@@ -18,9 +18,10 @@ use umbragraph_pipeline::work::{
 };
 
 impl ResolvedResources<'_> {
-    /// Fills in, or makes again, what depends on sizes.
+    /// Computes the parts of a planned pass that depend on sizes: constant blocks, live settings, workgroup counts and
+    /// copies.
     ///
-    /// Diagnostics: values that do not fit their block, impossible dispatches, attachments that do not fit together.
+    /// Reports values that do not fit their block, impossible dispatches and copies, and attachments that do not match.
     pub(crate) fn size_pass(&self, planned: &mut PlannedPass, diagnostics: &mut Vec<Diagnostic>) {
         let handle = planned.handle;
         let pass = self.pipeline.pass(handle);
@@ -59,7 +60,7 @@ impl ResolvedResources<'_> {
         }
     }
 
-    /// Holds live counts of a draw to what its buffers have.
+    /// Bounds the live element and instance counts of a draw by the number of elements in its buffers.
     fn bind_counts(&self, draw: &Draw, live: &mut [PlannedSetting]) {
         let Draw::Buffers(draw) = draw else { return };
         let DrawCounts::Direct { count, instances } = draw.counts else { return };
@@ -76,7 +77,7 @@ impl ResolvedResources<'_> {
         }
     }
 
-    /// An error about an attachment of a pass.
+    /// Returns an error that is located at an attachment of a pass.
     fn reject(
         &self,
         handle: PassHandle,
@@ -88,7 +89,7 @@ impl ResolvedResources<'_> {
         self.pipeline.pass(handle).access_or_self(is_it).error(codes::ATTACHMENTS, message).help(help)
     }
 
-    /// Finds attachments that do not fit one another or the views.
+    /// Reports attachments of a pass that differ in size or sample count, or do not match the views drawn into them.
     fn check_attachments(
         &self,
         handle: PassHandle,
@@ -125,7 +126,8 @@ impl ResolvedResources<'_> {
         diagnostics.extend(self.check_over(handle, render));
     }
 
-    /// Finds a texture that does not lie texel by texel below the views that are drawn over it.
+    /// Returns an error if the texture from which redrawn views start has no depth, has several samples, or differs
+    /// from the depth attachment in size.
     fn check_over(&self, handle: PassHandle, render: &RenderWork) -> Option<Diagnostic> {
         let Draw::Scene(SceneDraw { redraw: Some(Redraw { base: Some(over), .. }), .. }) = &render.draw
         else {
@@ -165,7 +167,7 @@ impl ResolvedResources<'_> {
         Some(named.error(codes::ATTACHMENTS, message).help(help))
     }
 
-    /// Finds attachments with fewer layers than there are views, or of another size than these are made for.
+    /// Reports attachments with fewer layers than the views need, or of another size than the views are made for.
     fn check_views(
         &self,
         handle: PassHandle,

@@ -31,7 +31,8 @@ pub struct Plan {
     pub passes: Vec<PlannedPass>,
     /// The culled passes by name, each with the reason for culling.
     pub culled: BTreeMap<String, CullReason>,
-    /// The mesh filters that draws of the host's meshes name, by the name of the geometry contract.
+    /// The draw filters of passes that draw the host's meshes, by geometry contract (the vertex inputs and bindings
+    /// that the host provides).
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub filters: BTreeMap<String, BTreeSet<String>>,
     /// The planned resources that live passes use, by name.
@@ -50,17 +51,18 @@ pub struct Plan {
     /// The lower bound on `bytes` for this pass order: the peak of live bytes in each compatibility class, summed. Only
     /// buffers of different sizes can keep `bytes` above this bound.
     pub bytes_bound: u64,
-    /// The maximum number of bytes alive at once over all compatibility classes. No wgpu program reaches this value,
-    /// since memory cannot change its class.
+    /// The maximum number of bytes alive at once over all compatibility classes. wgpu may need more, since a texture or
+    /// buffer cannot change its class.
     pub bytes_peak: u64,
-    /// The sizes that blackboard data publishes, keyed `DATA.SIZE`; only sizes that differ from their initial values
-    /// are listed.
+    /// The sizes that blackboard data publishes, keyed `DATA.SIZE`, as given in `PlanOptions::data_sizes`; a size that
+    /// is not listed has its initial value.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub data_sizes: BTreeMap<String, u32>,
     /// The toggles by name, each with its default state.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub toggles: BTreeMap<String, bool>,
-    /// The parameters by name: whether each can change per frame, and which setting makes it structural if not.
+    /// The parameters by name: whether each can change per frame, or the setting due to which a change needs a new
+    /// plan.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub parameters: BTreeMap<String, PlannedParameter>,
     /// The objective and method by which the pass order was chosen, with the bytes that the order needs.
@@ -116,15 +118,16 @@ pub struct PlannedPass {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stencil: Option<PlannedAttachment>,
     /// The number of the render pass group. Neighbouring passes with the same number can be recorded as one render
-    /// pass: they have the same attachments, later ones load, and nothing but the attachments connects them.
+    /// pass. They have the same attachments, all but the first load them, and no other resource that one of them writes
+    /// is shared.
     pub group: usize,
     /// The workgroup counts in x, y and z of a compute pass; `None` for other passes and indirect dispatches.
     pub workgroups: Option<[u32; 3]>,
-    /// The copies or clears, in recording order.
+    /// The copies and clears of a transfer pass, in recording order; empty for other passes.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub copies: Vec<PlannedCopy>,
-    /// The shader variants in words: the template with its axis values, the hash of the shader source, and the pipeline
-    /// constants.
+    /// A description of each shader variant: template name, axis values, the first 8 hexadecimal digits of the hash of
+    /// the WGSL, and the pipeline constants.
     pub variants: Vec<String>,
     /// The constant blocks of the pass with their packed bytes.
     pub blocks: Vec<PackedBlock>,
@@ -155,17 +158,17 @@ pub struct PlannedAttachment {
     /// The load operation: `load`, `clear` or `discard`.
     #[serde(serialize_with = "load_word")]
     pub load: LoadOperation<()>,
-    /// The store operation.
+    /// The store operation: `store` or `discard`.
     pub store: StoreOperation,
     /// Whether the attachment never leaves the pass: not loaded, not stored and used nowhere else. A tiling GPU needs
     /// no memory for such an attachment.
     pub transient_attachment: bool,
-    /// The handle.
+    /// The handle of the attached texture, with its mip level and layer.
     #[serde(skip)]
     pub target: AttachmentTarget,
 }
 
-/// The word alone: what is cleared to is the pass's.
+/// Serializes a load operation as `load`, `clear` or `discard`, without the clear value.
 fn load_word<S: serde::Serializer>(load: &LoadOperation<()>, serializer: S) -> Result<S::Ok, S::Error> {
     serializer.serialize_str(match load {
         LoadOperation::Load => "load",

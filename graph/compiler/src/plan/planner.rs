@@ -10,18 +10,19 @@ use umbragraph_pipeline::diagnostic::Diagnostic;
 use umbragraph_pipeline::pipeline::{Access, Aspect, Condition, TypedPipeline};
 use umbragraph_pipeline::work::{PassHandle, Work};
 
-/// Plans the live passes of one order.
+/// The planner of the live passes in one execution order.
 pub(crate) struct Planner<'a> {
     pub(crate) pipeline: &'a TypedPipeline,
     pub(crate) resolved: &'a ResolvedResources<'a>,
-    /// The live accesses of each resource with their position in the order, ascending.
+    /// For each resource, indexed by handle: the accesses by live passes with their position in execution order,
+    /// ascending.
     pub(crate) users: Vec<Vec<(usize, &'a Access)>>,
-    /// The toggle condition under which the pass at each position runs.
+    /// For each position in execution order: the toggle condition under which the pass runs; `None` if it always runs.
     pub(crate) conditions: Vec<Option<Condition>>,
 }
 
 impl<'a> Planner<'a> {
-    /// A planner for these passes in this order.
+    /// Creates a planner for the live passes in execution order.
     pub(crate) fn new(resolved: &'a ResolvedResources<'a>, order: &[PassHandle]) -> Self {
         let pipeline = resolved.pipeline;
         let mut users = vec![Vec::new(); pipeline.resources.len()];
@@ -34,12 +35,12 @@ impl<'a> Planner<'a> {
         Self { pipeline, resolved, users, conditions }
     }
 
-    /// The positions of the first and last access of each resource.
+    /// Returns the positions of the first and last access of each resource, indexed by handle; `None` if unused.
     pub(crate) fn spans(&self) -> Vec<Option<(usize, usize)>> {
         self.users.iter().map(|accesses| Some((accesses.first()?.0, accesses.last()?.0))).collect()
     }
 
-    /// Plans the pass at a position.
+    /// Plans the pass at position `at` in execution order.
     pub(crate) fn pass(
         &self,
         at: usize,

@@ -23,10 +23,11 @@ use umbragraph_pipeline::diagnostic::{Diagnostic, Diagnostics, Severity};
 use umbragraph_pipeline::source::Sources;
 
 impl Plan {
-    /// Plans the same pipeline with other options. `graph` is the graph of which this plan was made.
+    /// Plans the same pipeline with other options, and reuses the rest of this plan if only sizes change. `graph` is
+    /// the graph from which this plan was made.
     ///
     /// # Errors
-    /// The diagnostics of the plan.
+    /// Returns the diagnostics of the new plan.
     pub fn resized(
         &self,
         graph: &Graph,
@@ -40,7 +41,7 @@ impl Plan {
         plan(&self.pipeline, graph, options, sources, &mut diagnostics).ok_or(diagnostics)
     }
 
-    /// The plan for other sizes; `None` if more than sizes changes, or something is wrong with them.
+    /// Returns the plan for other sizes; `None` if more than sizes changes, or if the sizes cause an error.
     fn sizes_only(&self, graph: &Graph, options: &PlanOptions, sources: &Sources) -> Option<Self> {
         let fixed = &self.fixed;
         let alike = options.objective == self.order.objective

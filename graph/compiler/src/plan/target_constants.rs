@@ -12,7 +12,7 @@ use umbragraph_pipeline::pipeline::{Program, ProgramVariant};
 use umbragraph_pipeline::work::{RenderWork, ResourceHandle, Work};
 
 impl Plan {
-    /// The pipeline constants of a variant in a pass that draws, by name.
+    /// Returns the names and values of the pipeline constants (WGSL overrides) of a shader variant in a render pass.
     pub fn constants(
         &self,
         program: &Program,
@@ -24,7 +24,8 @@ impl Plan {
     }
 }
 
-/// The constants of a variant of a pass with some work, with formats of textures.
+/// Returns the names and values of the pipeline constants of a shader variant in a pass. `format` returns the format of
+/// a texture; `None` if it is not known.
 pub(crate) fn of_work(
     program: &Program,
     variant: &ProgramVariant,
@@ -49,7 +50,8 @@ fn of_variant(
     })
 }
 
-/// Whether the first color attachment encodes nothing; `None` without one, or where its format is not known.
+/// Returns `true` if the first color attachment has a format without sRGB encoding. Returns `None` without a color
+/// attachment, or if the format is not known.
 fn is_linear(render: &RenderWork, format: &dyn Fn(ResourceHandle) -> Option<TextureFormat>) -> Option<bool> {
     let color = render.color.first()?;
     Some(!color.format.or_else(|| format(color.to.resource))?.is_srgb())

@@ -4,11 +4,11 @@ use smallvec::SmallVec;
 
 use umbragraph_pipeline::pipeline::{Aspect, IndexRange, SubresourceRange};
 
-/// A box of mips, layers, aspects and bytes that a subresource range covers: the first, and the first after it. A whole
-/// range has no end.
+/// A box over the axes mip levels, layers, aspects and bytes: first index and end (exclusive) on each. An unbounded
+/// axis ends at `u64::MAX`.
 pub(crate) type Extents = [(u64, u64); 4];
 
-/// The box of a subresource range.
+/// Returns the box that a subresource range covers.
 pub(crate) fn extents(range: SubresourceRange) -> Extents {
     let run = |first: Option<u64>, end: Option<u64>| (first.unwrap_or(0), end.unwrap_or(u64::MAX));
     let aspect = match range.aspect {
@@ -24,7 +24,7 @@ pub(crate) fn extents(range: SubresourceRange) -> Extents {
     ]
 }
 
-/// The boxes beside one that lies within another, which together with it make up that other.
+/// Splits the rest of the box `all` outside of `inside` into disjoint boxes. `inside` must lie within `all`.
 pub(crate) fn beside(mut all: Extents, inside: Extents) -> SmallVec<[Extents; 8]> {
     let mut boxes = SmallVec::new();
     for axis in 0..all.len() {
@@ -40,7 +40,7 @@ pub(crate) fn beside(mut all: Extents, inside: Extents) -> SmallVec<[Extents; 8]
     boxes
 }
 
-/// The intersection of two boxes.
+/// Returns the intersection of two boxes; `None` if it is empty.
 pub(crate) fn common(a: Extents, b: Extents) -> Option<Extents> {
     let both: Extents = std::array::from_fn(|axis| (a[axis].0.max(b[axis].0), a[axis].1.min(b[axis].1)));
     both.iter().all(|(first, end)| first < end).then_some(both)

@@ -11,23 +11,26 @@
 use crate::regions::extents::{Extents, beside, common, extents};
 use umbragraph_pipeline::pipeline::{Condition, SubresourceRange};
 
-/// The maximum number of boxes that are distinguished.
+/// The maximum number of boxes in an [`Unmet`]. Boxes beyond it are not split, which may leave redundant orders to be
+/// checked.
 const MAX_BOXES: usize = 64;
 
-/// The boxes in which an access still has to be ordered with others.
+/// The parts of an access in which its order with further accesses does not yet follow from known orders.
 pub(crate) struct Unmet {
-    /// Disjoint boxes, each with the condition of those that were met there; none yet if nothing is said.
+    /// Disjoint boxes, each with the toggle condition of the accesses met there; `None` if none was met.
     boxes: Vec<(Extents, Option<Condition>)>,
     own: Option<Condition>,
 }
 
 impl Unmet {
-    /// An access of a subresource range in frames in which a condition holds, if one is given.
+    /// Starts with all of the subresource range of an access. `own` is the toggle condition of the access; `None` if it
+    /// happens in every frame.
     pub(crate) fn new(range: SubresourceRange, own: Option<Condition>) -> Self {
         Self { boxes: vec![(extents(range), None)], own }
     }
 
-    /// Whether the order with an access of a subresource range does not follow from those with the accesses met.
+    /// Returns `true` if the order with an access to `range` does not follow from the orders with the accesses met so
+    /// far.
     pub(crate) fn has_to_meet(&self, range: SubresourceRange, condition: Option<Condition>) -> bool {
         let extents = extents(range);
         let opposite = condition.map(Condition::opposite);
@@ -35,7 +38,7 @@ impl Unmet {
         open.into_iter().any(|(open, _)| common(*open, extents).is_some())
     }
 
-    /// An access that is ordered with this one.
+    /// Records that an access to `range` under `condition` is ordered with this access.
     pub(crate) fn meet(&mut self, range: SubresourceRange, condition: Option<Condition>) {
         let extents = extents(range);
         // What happens in all frames of this access is there for whoever is, too.
@@ -60,7 +63,7 @@ impl Unmet {
         self.boxes = boxes;
     }
 
-    /// Whether every other order follows.
+    /// Returns `true` if the order with every further access follows from the orders with the accesses met so far.
     pub(crate) fn is_empty(&self) -> bool {
         self.boxes.is_empty()
     }

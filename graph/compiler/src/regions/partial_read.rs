@@ -5,23 +5,24 @@ use umbragraph_pipeline::pipeline::{Condition, SubresourceRange};
 use umbragraph_pipeline::source::Span;
 use umbragraph_pipeline::work::PassHandle;
 
-/// A read of which a subresource range may not be written.
+/// A read that may find unwritten contents in part of its subresource range.
 #[derive(Clone, Debug)]
 pub(crate) struct PartialRead {
     pub(crate) reader: PassHandle,
-    /// The index of the access among those of its pass.
+    /// The index of the access in the access list of its pass.
     pub(crate) at: usize,
     pub(crate) left: Left,
 }
 
-/// The remainder of a read that no write covers.
+/// The part of the subresource range of a read that no write covers.
 #[derive(Clone, Debug)]
 pub(crate) enum Left {
-    /// These boxes, as far as they exist.
+    /// These boxes, as far as they lie within the resource.
     Boxes(Vec<Extents>),
-    /// All but these ranges, which have one mip and one layer at most.
+    /// All but these plain ranges (one or all mip levels, one or all layers).
     AllBut(Vec<SubresourceRange>),
-    /// Boxes in frames in which a condition does not hold, each with the pass that writes it in others, and where.
+    /// Boxes that are unwritten in frames in which a condition does not hold. Each has the pass that writes the box in
+    /// other frames, and the place of that write.
     Toggled(Vec<(Extents, PassHandle, Span, Condition)>),
     /// Boxes that a copy of texels to a buffer leaves between its rows.
     BetweenRows(Vec<Extents>),

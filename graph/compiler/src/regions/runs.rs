@@ -1,9 +1,9 @@
 //! Runs of whole numbers, such as layers or bytes.
 
-/// Ascending runs, each with its first and the first after it, that do not touch.
+/// Runs of whole numbers as first and end (exclusive), in ascending order, with a gap after each run.
 pub(crate) type Runs = Vec<(u64, u64)>;
 
-/// Sorts runs and joins those that overlap or touch.
+/// Sorts runs, drops empty runs, and joins runs that overlap or touch.
 pub(crate) fn joined(mut runs: Runs) -> Runs {
     runs.retain(|(first, end)| first < end);
     runs.sort_unstable();
@@ -17,7 +17,7 @@ pub(crate) fn joined(mut runs: Runs) -> Runs {
     all
 }
 
-/// The difference of a range and others.
+/// Returns the parts of the run `all` that `runs` do not cover. `runs` must be sorted.
 pub(crate) fn between(runs: &[(u64, u64)], all: (u64, u64)) -> Runs {
     let mut left = Runs::new();
     let mut next = all.0;

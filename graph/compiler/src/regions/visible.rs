@@ -27,59 +27,61 @@ use smallvec::SmallVec;
 use crate::regions::extents::{Extents, beside, common, extents};
 use umbragraph_pipeline::pipeline::{Condition, SubresourceRange};
 
-/// The maximum number of boxes that one look tells apart.
+/// The maximum number of boxes that one [`View`] keeps.
 const MAX_BOXES: usize = 1024;
-/// The boxes that all looks at one resource go over before they get coarse.
+/// The maximum number of box visits by all views of one resource before they become coarse.
 const MAX_STEPS: usize = 1 << 23;
 
-/// The cost so far of the views of one resource.
+/// The work done so far by all views of one resource, counted in visited boxes.
 #[derive(Debug, Default)]
 pub(crate) struct Effort {
     steps: usize,
 }
 
 impl Effort {
-    /// Whether the effort is spent, so that the result is coarse.
+    /// Returns `true` if the work limit is reached, so that further results are coarse.
     pub(crate) fn is_used_up(&self) -> bool {
         self.steps >= MAX_STEPS
     }
 }
 
-/// The boxes that are still uncovered.
+/// A search for the writes that are visible in a subresource range: the boxes that newer writes leave uncovered.
 pub(crate) struct View<'a, W> {
     looked_at: Extents,
     boxes: Vec<Open<W>>,
     effort: &'a mut Effort,
-    /// Whether the result may have more writers than a read really sees.
+    /// Whether a limit made the search inexact, so that it may find more writes than are visible.
     pub(crate) is_coarse: bool,
     passes_on: bool,
 }
 
-/// One write.
+/// A write to a subresource range. `W` identifies the writer.
 #[derive(Clone, Copy)]
 pub(crate) struct Write<W> {
     pub(crate) range: SubresourceRange,
-    /// The toggle condition under which it happens; `None` for every frame.
+    /// The toggle condition under which the write happens; `None` if it happens in every frame.
     pub(crate) condition: Option<Condition>,
-    /// The writer; the newest is the greatest.
+    /// The writer; a newer writer compares as greater.
     pub(crate) writer: W,
-    /// Whether it loads the contents below, and no older write that covers them happens in exactly its frames.
+    /// Whether the writer loads earlier contents, and no older write without loading has the same toggle condition.
     pub(crate) passes_on: bool,
 }
 
 #[derive(Clone)]
 struct Open<W> {
     extents: Extents,
-    /// The conditions of the frames in which it is open; sorted.
+    /// The toggle conditions of the frames in which the box is uncovered, sorted; all must hold.
     conditions: Vec<Condition>,
-    /// The newest write over it that is not always there.
+    /// The newest write with a toggle that covers the box, with its condition; `None` if there is none.
     newest: Option<(W, Condition)>,
-    /// When writers over it run that pass on what is below them: two different conditions are enough.
+    /// The conditions of newer writers that load the box and so pass on older contents. At most two different ones are
+    /// kept.
     passed_on: SmallVec<[Condition; 2]>,
 }
 
 impl<'a, W: Copy + Ord> View<'a, W> {
-    /// A look at a subresource range in frames in which conditions hold that do not contradict each other.
+    /// Starts with all of a subresource range, in frames in which the conditions `known` hold. They must not contradict
+    /// each other.
     pub(crate) fn new(range: SubresourceRange, known: &[Condition], effort: &'a mut Effort) -> Self {
         let mut conditions = known.to_vec();
         conditions.sort_unstable();
@@ -88,13 +90,14 @@ impl<'a, W: Copy + Ord> View<'a, W> {
         Self { looked_at, boxes: vec![open], effort, is_coarse: false, passes_on: false }
     }
 
-    /// Stops the search for what known writers pass on.
+    /// Ends the search in boxes whose older contents two writers with different conditions already load and pass on.
     pub(crate) fn pass_on(&mut self) {
         self.passes_on = true;
         self.boxes.retain(|open| open.passed_on.len() < 2);
     }
 
-    /// Whether something of a write is seen.
+    /// Returns `true` if some box of a write is visible in some toggle state, that is, not covered by the writes added
+    /// so far.
     pub(crate) fn sees(&mut self, range: SubresourceRange, condition: Option<Condition>) -> bool {
         let extents = extents(range);
         self.effort.steps += self.boxes.len();
@@ -104,7 +107,7 @@ impl<'a, W: Copy + Ord> View<'a, W> {
         })
     }
 
-    /// A write, which covers all of its subresource range whenever it happens.
+    /// Adds a write, which covers its subresource range in the frames in which it happens.
     pub(crate) fn cover(&mut self, write: Write<W>) {
         let extents = extents(write.range);
         self.effort.steps += self.boxes.len();
@@ -146,41 +149,41 @@ impl<'a, W: Copy + Ord> View<'a, W> {
         self.boxes = boxes;
     }
 
-    /// Whether everything is covered in every state.
+    /// Returns `true` if writes cover the full subresource range in every toggle state.
     pub(crate) fn is_covered(&self) -> bool {
         self.boxes.is_empty()
     }
 
-    /// Whether an existing subresource of a range is uncovered in some toggle state. `false` if the search was too
-    /// coarse to tell.
+    /// Returns `true` if a subresource of a range that is certain to exist is uncovered in some toggle state. Returns
+    /// `false` if the search is coarse.
     pub(crate) fn is_open_in(&self, range: SubresourceRange) -> bool {
         let extents = extents(range);
         !self.is_coarse && self.boxes.iter().filter_map(|open| common(open.extents, extents)).any(exists)
     }
 
-    /// Boxes that no write covers in frames in which the reader runs; empty if the search was too coarse to tell.
+    /// Returns the boxes that no write covers in any frame in which the reader runs; empty if the search is coarse.
     /// Parts of a box may lie outside of the resource.
     pub(crate) fn unwritten(&self) -> Vec<Extents> {
         let open = self.boxes.iter().filter(|open| !self.is_coarse && open.newest.is_none());
         open.map(|open| open.extents).collect()
     }
 
-    /// Boxes that some toggle state leaves uncovered; empty if the search was too coarse to tell. Parts of a box may
-    /// lie outside of the resource.
+    /// Returns the boxes that are uncovered in some toggle state; empty if the search is coarse. Parts of a box may lie
+    /// outside of the resource.
     pub(crate) fn open(&self) -> Vec<Extents> {
         self.boxes.iter().filter(|_| !self.is_coarse).map(|open| open.extents).collect()
     }
 
-    /// Boxes that a write covers in one toggle state and none covers in another, each with the newest such write.
-    /// Parts of a box may lie outside of the resource.
+    /// Returns the boxes that a write covers in one toggle state and no write covers in another, each with the newest
+    /// such write. Empty if the search is coarse; parts of a box may lie outside of the resource.
     pub(crate) fn toggled(&self) -> Vec<(Extents, W, Condition)> {
         let open = self.boxes.iter().filter(|_| !self.is_coarse);
         open.filter_map(|open| open.newest.map(|(writer, condition)| (open.extents, writer, condition)))
             .collect()
     }
 
-    /// The newest write without which the whole range is unwritten in some toggle state; `None` if there is none, or
-    /// the search was too coarse to tell.
+    /// Returns the newest write with a toggle that covers the full range, if some toggle state leaves the full range
+    /// unwritten. `None` if there is no such write, or the search is coarse.
     pub(crate) fn missing(&self) -> Option<(W, Condition)> {
         let open = self.boxes.iter().filter(|open| !self.is_coarse && open.extents == self.looked_at);
         open.filter_map(|open| open.newest).max_by_key(|(writer, _)| *writer)
@@ -192,7 +195,7 @@ impl<W> Open<W> {
         condition.is_none_or(|condition| self.conditions.binary_search(&condition.opposite()).is_err())
     }
 
-    /// Whether a write below is seen by a writer that passes it on.
+    /// Returns `true` if a newer writer that can run in the same frame passes on an older write with this condition.
     fn is_passed_on(&self, condition: Option<Condition>) -> bool {
         let contradicts =
             |other: &Condition| condition.is_some_and(|condition| condition == other.opposite());
@@ -200,7 +203,7 @@ impl<W> Open<W> {
     }
 }
 
-/// Whether it lies within the ranges that some access names.
+/// Returns `true` if part of the box is certain to exist: each axis starts at 0 or has an end that an access names.
 fn exists(extents: Extents) -> bool {
     extents.iter().all(|(first, end)| *first == 0 || *end < u64::MAX)
 }
@@ -305,7 +308,7 @@ mod tests {
         }
     }
 
-    /// Every combination of a few writers against playing all states, region by region.
+    /// Compares the result for every combination of four writers with a simulation of all toggle states and layers.
     #[test]
     fn what_is_seen_is_what_playing_every_state_finds() {
         let ranges = [SubresourceRange::WHOLE, layers(0, 1), layers(1, 2)];

@@ -17,7 +17,7 @@ pub enum Objective {
 }
 
 impl Objective {
-    /// All objectives.
+    /// All objectives, in the order of the enum.
     pub const ALL: [Self; 3] = [Self::Declaration, Self::Memory, Self::FewPasses];
 
     /// The name of the objective: `declaration`, `memory` or `few-passes`.
@@ -66,6 +66,7 @@ pub struct MemoryOrder {
     pub declaration: u64,
     /// The bytes that the chosen order needs.
     pub chosen: u64,
-    /// A lower bound in bytes for every order: the most that a single pass uses, summed over the compatibility classes.
+    /// A lower bound in bytes for every order. For each class of resources that can share memory, it counts the most
+    /// bytes that a single pass uses.
     pub bound: u64,
 }

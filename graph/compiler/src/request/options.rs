@@ -7,25 +7,27 @@ use wgpu_types::{TextureFormat, TextureUsages};
 use crate::request::objective::Objective;
 use crate::request::texture_size::TextureSize;
 
-/// The caller's options for planning a frame: viewport, imported textures, published sizes, aliasing and objective.
+/// The caller's options for planning a frame: viewport, imported textures, sizes from CPU passes, aliasing and
+/// objective of the order.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct PlanOptions {
     /// The width and height of the rendered image in texels.
     pub viewport: [u32; 2],
-    /// The host's own textures by resource name. A texture that is not listed is assumed to be as the pipeline declares
-    /// it.
+    /// Descriptions of textures that the host owns, by resource name. A texture that is not listed is assumed to be as
+    /// the pipeline declares it.
     pub imports: BTreeMap<String, ImportDescriptor>,
-    /// The sizes that blackboard data publishes, keyed `DATA.SIZE`; sizes not listed keep their initial values.
+    /// The sizes that CPU passes publish with blackboard data, by `DATA.SIZE` (data name and size name). Sizes not
+    /// listed keep their initial values.
     pub data_sizes: BTreeMap<String, u32>,
-    /// Whether transient resources may share memory.
+    /// Whether transient resources may share memory when their lifetimes do not overlap.
     pub aliasing: bool,
-    /// The objective by which the order of the passes is chosen.
+    /// The objective by which the execution order of the passes is chosen.
     pub objective: Objective,
 }
 
 impl PlanOptions {
-    /// Options for a viewport in texels, with no imports described, aliasing on, and passes in document order.
+    /// Creates options for a viewport in texels, with no imports described, aliasing on, and passes in document order.
     pub fn new(width: u32, height: u32) -> Self {
         Self {
             viewport: [width, height],
@@ -39,11 +41,11 @@ impl PlanOptions {
     umbragraph_pipeline::setters! {
         /// Sets the viewport in texels.
         viewport: [u32; 2],
-        /// Sets the sizes that blackboard data publishes.
+        /// Sets the sizes that CPU passes publish with blackboard data, by `DATA.SIZE` (data name and size name).
         data_sizes: BTreeMap<String, u32>,
         /// Sets whether transient resources may share memory.
         aliasing: bool,
-        /// Sets the objective by which passes are ordered.
+        /// Sets the objective by which the execution order of the passes is chosen.
         objective: Objective,
     }
 }

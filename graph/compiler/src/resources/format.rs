@@ -18,20 +18,21 @@ use umbragraph_pipeline::work::{
     BoundSlot, ColorAttachment, PassHandle, ResourceHandle, SlotSource, TextureView, TransferEnd, Work,
 };
 
-/// The requirements of the live passes on the format of one texture.
+/// The requirements that live passes put on the format of one texture.
 #[derive(Default)]
 pub(crate) struct FormatRequirements<'a> {
-    /// The accesses, each with its pass.
+    /// The accesses of the texture, each with its pass.
     pub(crate) accesses: SmallVec<[(PassHandle, &'a Access); 4]>,
-    /// The bindings, each with its pass.
+    /// The shader bindings of the texture: pass, binding type that the shader declares, and view.
     pub(crate) bindings: Vec<(PassHandle, BindingType, TextureView)>,
-    /// The formats in which it is seen, each with the pass.
+    /// The formats of texture views that name one, each with its pass.
     pub(crate) views: Vec<(PassHandle, TextureFormat)>,
-    /// Textures that it is copied or resolved to or from, and whether resolved, which needs the same format.
+    /// The textures that this texture is copied or resolved to or from. `true` marks a resolve, which needs exactly the
+    /// same format.
     pub(crate) alike: Vec<(ResourceHandle, bool)>,
-    /// Whether some attachment blends.
+    /// Whether a pass blends into the texture as a color attachment.
     pub(crate) blends: bool,
-    /// Whether it is cleared to a value before passes use it.
+    /// Whether the texture is a history, which is cleared to its initial value before passes use it.
     pub(crate) cleared: bool,
 }
 
@@ -42,13 +43,14 @@ impl FormatRequirements<'_> {
     }
 }
 
-/// The slots of a pass and the program that they belong to.
+/// Returns the shader program of a pass and the sources of its bindings; `None` if the pass has no program.
 pub(crate) fn slots(pipeline: &TypedPipeline, pass: PassHandle) -> Option<(&Program, &[BoundSlot])> {
     let (program, slots) = pipeline.pass(pass).work().bound()?;
     Some((pipeline.program(program), slots))
 }
 
-/// The requirements of the live passes on every texture, by its handle. Each access and each binding is visited once.
+/// Returns the requirements that live passes put on the format of each texture, by resource index. Each access and each
+/// binding is visited once.
 pub(crate) fn wants<'a>(pipeline: &'a TypedPipeline, passes: &[PassHandle]) -> Vec<FormatRequirements<'a>> {
     let mut wants: Vec<FormatRequirements<'a>> =
         pipeline.resources.iter().map(|_| FormatRequirements::default()).collect();
@@ -102,7 +104,7 @@ pub(crate) fn wants<'a>(pipeline: &'a TypedPipeline, passes: &[PassHandle]) -> V
     wants
 }
 
-/// The textures that work copies or resolves from, and to.
+/// Returns the pairs of textures that a pass copies or resolves: source and destination.
 fn copied(work: &Work) -> Vec<(ResourceHandle, ResourceHandle)> {
     match work {
         Work::Transfer(transfer) => match (&transfer.source, &transfer.destination) {
@@ -120,7 +122,8 @@ fn copied(work: &Work) -> Vec<(ResourceHandle, ResourceHandle)> {
     }
 }
 
-/// The first candidate that supports what is wanted, and goes with the other textures as far as there is one.
+/// Returns the first candidate format that meets the requirements and `goes_with_others`. If none does both, the first
+/// that meets the requirements.
 ///
 /// # Errors
 /// One diagnostic that says of each candidate why not.
@@ -187,7 +190,7 @@ pub(crate) fn choose(
     Err(Box::new(diagnostic))
 }
 
-/// The first common formats that support all usages.
+/// Returns up to three common formats that meet the requirements, for a help text.
 fn could_be(
     pipeline: &TypedPipeline,
     wants: &FormatRequirements<'_>,
@@ -214,7 +217,7 @@ fn could_be(
     COMMON.into_iter().filter(does).take(3).collect()
 }
 
-/// Whether a texture could be in a format that fits.
+/// Returns `true` if some candidate format of a texture meets its requirements and satisfies `fits`.
 pub(crate) fn could_be_like(
     pipeline: &TypedPipeline,
     texture: &TextureDeclaration,
@@ -227,12 +230,13 @@ pub(crate) fn could_be_like(
     formats.any(|format| fits(format) && rejection(pipeline, format, wants, size, volume).is_none())
 }
 
-/// Whether texels are copied from one format to the other.
+/// Returns `true` if WebGPU can copy texels between two formats: they are equal except for the suffix `-srgb`.
 pub(crate) fn are_alike(a: TextureFormat, b: TextureFormat) -> bool {
     a.remove_srgb_suffix() == b.remove_srgb_suffix()
 }
 
-/// Why a shader cannot read texels as it declares them, and what would do in the shader.
+/// Returns the reason why a shader cannot sample type `have` as the type `want`, and a WGSL alternative. Both are parts
+/// of a message.
 fn misread(have: Option<TextureSampleType>, want: TextureSampleType) -> (&'static str, &'static str) {
     use TextureSampleType::{Depth, Float, Sint, Uint};
     match (have, want) {
@@ -249,7 +253,7 @@ fn misread(have: Option<TextureSampleType>, want: TextureSampleType) -> (&'stati
     }
 }
 
-/// Why a format does not do, or `None` if it does.
+/// Returns the reason why a format does not meet the requirements; `None` if it does.
 fn rejection(
     pipeline: &TypedPipeline,
     format: TextureFormat,

@@ -33,9 +33,10 @@ pub(crate) struct TextureProperties {
     pub(crate) size: TextureSize,
     pub(crate) volume: bool,
     pub(crate) usages: TextureUsages,
-    /// The other format in which passes see it: WebGPU knows the same with and without `-srgb`.
+    /// The second format in which passes view the texture, which differs only in `-srgb`; `None` if there is none.
     pub(crate) view_format: Option<TextureFormat>,
-    /// Whether it is bound as an array by a target that binds each texture as one shape.
+    /// Whether the texture must be bound as an array by a target (OpenGL) that gives each texture one fixed view
+    /// dimension.
     pub(crate) only_array: bool,
 }
 
@@ -47,7 +48,7 @@ pub(crate) enum Descriptor {
 }
 
 impl Descriptor {
-    /// The usages that clearing a history to its initial value needs.
+    /// Adds the usages that are needed to clear a history to its initial value.
     fn clearing(self) -> Self {
         match self {
             Descriptor::Texture(mut texture) => {
@@ -61,12 +62,13 @@ impl Descriptor {
     }
 }
 
-/// A resource that live passes use.
+/// The resolved properties of one resource that live (not culled) passes use.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ResolvedResource {
-    /// The descriptor; `None` for blackboard data, and after a diagnostic.
+    /// The descriptor for creation on the device; `None` for blackboard (CPU) data, and after a diagnostic.
     pub(crate) descriptor: Option<Descriptor>,
-    /// The class of what can stand for it; `None` for what the plan does not create.
+    /// The index of the compatibility class; resources of one class can share memory. `None` for resources that the
+    /// plan does not create, such as imports.
     pub(crate) class: Option<usize>,
     pub(crate) bytes: u64,
 }
@@ -91,7 +93,7 @@ pub(crate) struct ResolvedResources<'a> {
 }
 
 impl<'a> ResolvedResources<'a> {
-    /// Finds out about the resources that the live passes use.
+    /// Resolves the size, format, usages and compatibility class of each resource that live passes use.
     pub(crate) fn new(
         pipeline: &'a TypedPipeline,
         options: &'a PlanOptions,
@@ -174,8 +176,8 @@ impl<'a> ResolvedResources<'a> {
         resolved
     }
 
-    /// Whether all textures that one is copied or resolved to or from, directly or over others, are or can be in a
-    /// format that goes with its own.
+    /// Returns `true` if `format` suits all textures that copies or resolves connect to this one, directly or through
+    /// other textures. Each has, or can have, a format that can be copied or resolved.
     fn goes_with_others(
         &self,
         wants: &[format::FormatRequirements<'_>],
@@ -213,8 +215,8 @@ impl<'a> ResolvedResources<'a> {
         })
     }
 
-    /// Resolves the resources again in other sizes. `None` if more than sizes changes: an impossible size, another
-    /// number of samples (formats depend on it), or layers added or removed (render passes depend on them).
+    /// Resolves the resources again for changed sizes, with the same formats and usages. Returns `None` if a new plan
+    /// is needed: a size is invalid, the sample count changes, or the layer count changes from or to 1.
     pub(crate) fn resized(
         pipeline: &'a TypedPipeline,
         options: &'a PlanOptions,
@@ -249,7 +251,7 @@ impl<'a> ResolvedResources<'a> {
         Some(resolved)
     }
 
-    /// No resource resolved yet.
+    /// Creates the list with no resource resolved yet.
     fn empty(pipeline: &'a TypedPipeline, options: &'a PlanOptions, sources: &'a Sources) -> Self {
         Self {
             pipeline,
@@ -259,7 +261,7 @@ impl<'a> ResolvedResources<'a> {
         }
     }
 
-    /// The properties of a resource, if a live pass uses it.
+    /// The properties of a resource; `None` if no live pass uses it.
     pub(crate) fn get(&self, handle: ResourceHandle) -> Option<&ResolvedResource> {
         self.list.get(handle.index())?.as_ref()
     }
@@ -269,14 +271,14 @@ impl<'a> ResolvedResources<'a> {
         self.get(handle)?.texture()
     }
 
-    /// Finds what is wrong with sizes that nothing live uses, too.
+    /// Evaluates the sizes of all resources, so that errors are also reported for resources that no live pass uses.
     pub(crate) fn check_all_sizes(&self) {
         for handle in self.pipeline.resource_handles() {
             self.sizes.of(handle);
         }
     }
 
-    /// Finds accesses of the host's own texture that it was not created for.
+    /// Reports accesses of an imported texture that need a usage with which the host did not create the texture.
     fn check_import(
         &self,
         handle: ResourceHandle,
@@ -304,7 +306,7 @@ impl<'a> ResolvedResources<'a> {
     }
 }
 
-/// The sizes of resources, none of which is known yet.
+/// Creates the evaluator of resource sizes for a plan. Sizes are evaluated on demand.
 pub(crate) fn sizes<'a>(
     pipeline: &'a TypedPipeline,
     options: &'a PlanOptions,
@@ -315,15 +317,16 @@ pub(crate) fn sizes<'a>(
     Sizes::new(pipeline, sources, options.viewport, imported, &options.data_sizes)
 }
 
-/// The host's description of an imported texture.
+/// Returns the host's description of an imported texture; `None` if the host gave none, or the resource is not
+/// imported.
 fn told<'a>(options: &'a PlanOptions, resource: &Resource) -> Option<&'a ImportDescriptor> {
     options.imports.get(&resource.name).filter(|_| resource.lifetime() == Lifetime::Imported)
 }
 
-/// Numbers the classes of resources.
+/// Assigns each created resource the index of a compatibility class; resources of one class can share memory.
 struct CompatibilityClasses<'a> {
     pipeline: &'a TypedPipeline,
-    /// The key of a compatibility class; for a resource that cannot alias, its handle.
+    /// The index of each class by its descriptor. A resource that cannot share memory also has its handle in the key.
     known: FxHashMap<(Descriptor, Option<ResourceHandle>), usize>,
     conditional: &'a [bool],
     aliasing: bool,
@@ -358,7 +361,7 @@ impl<'a> CompatibilityClasses<'a> {
     }
 }
 
-/// Whether a pass moves what it keeps in a texture, which takes a copy.
+/// Returns `true` if a pass scrolls the kept texels of its depth texture, which needs a copy from the texture.
 fn scrolls(
     pipeline: &TypedPipeline,
     texture: ResourceHandle,

@@ -22,10 +22,10 @@ use umbragraph_pipeline::pipeline::{
 use umbragraph_pipeline::source::Sources;
 use umbragraph_pipeline::work::{Deferred, ResourceHandle};
 
-/// The maximum number of resources that one size may lead through; evaluation is recursive.
+/// The maximum depth of sizes that refer to the sizes of other resources. It bounds the recursion of the evaluation.
 const MAX_STEPS: u32 = 64;
 
-/// The size of a resource.
+/// The size of a resource: texture extent, buffer size in bytes, or none for blackboard (CPU) data.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Size {
     Texture(TextureSize),
@@ -49,11 +49,12 @@ pub(crate) struct Sizes<'a> {
     scope: StaticScope,
     states: RefCell<Vec<State>>,
     diagnostics: RefCell<Diagnostics>,
-    /// Sizes of imported textures that the host has told.
+    /// The sizes of imported textures, by resource index; `None` where the host gave no description.
     imported: Vec<Option<TextureSize>>,
-    /// Sizes that blackboard data publishes, where they are other than their initial values.
+    /// The sizes that CPU passes publish with blackboard data, by `DATA.SIZE`; sizes not listed keep their initial
+    /// values.
     data_sizes: &'a BTreeMap<String, u32>,
-    /// The values of the texts so far.
+    /// The values of expressions outside subgraphs that were evaluated so far, by expression source.
     values: RefCell<HashMap<&'a str, Value>>,
     names: OnceCell<HashMap<&'a str, ResourceHandle>>,
     steps: Cell<u32>,
@@ -85,12 +86,12 @@ impl<'a> Sizes<'a> {
         }
     }
 
-    /// Whether a name is a live parameter, or follows from one.
+    /// Returns `true` if a name is a live parameter, or a value that follows from a live parameter.
     pub(crate) fn is_live(&self, name: &str) -> bool {
         self.live.contains(name)
     }
 
-    /// The diagnostics so far, once.
+    /// Removes and returns the diagnostics so far.
     pub(crate) fn take_diagnostics(&self) -> Diagnostics {
         std::mem::take(&mut *self.diagnostics.borrow_mut())
     }
@@ -127,7 +128,7 @@ impl<'a> Sizes<'a> {
         self.reject_at(codes::SIZE_CYCLE, resource, "/texture/size", message, help)
     }
 
-    /// The size of a texture.
+    /// The size of a texture; `None` after a diagnostic, or if the resource is no texture.
     pub(crate) fn texture(&self, handle: ResourceHandle) -> Option<TextureSize> {
         match self.of(handle)? {
             Size::Texture(size) => Some(size),
@@ -135,7 +136,7 @@ impl<'a> Sizes<'a> {
         }
     }
 
-    /// Evaluates an expression at its place.
+    /// Evaluates a deferred expression; `None` after a diagnostic, which points at the place of the expression.
     pub(crate) fn value(&self, deferred: &Deferred) -> Option<Value> {
         let Deferred { expression, place, pointer } = deferred;
         match expression::evaluate(expression, self) {
@@ -299,7 +300,7 @@ impl<'a> Sizes<'a> {
         self.names.get_or_init(|| self.by_name()).get(name).copied()
     }
 
-    /// The handles by name; of two resources of one name, which is a diagnostic elsewhere, the first.
+    /// Returns the resource handles by name. If two resources have one name, the first counts.
     fn by_name(&self) -> HashMap<&'a str, ResourceHandle> {
         let pipeline: &'a TypedPipeline = self.pipeline;
         let mut names = HashMap::with_capacity(pipeline.resources.len());
@@ -335,7 +336,7 @@ fn live(pipeline: &TypedPipeline) -> HashSet<&str> {
     live
 }
 
-/// The value of an expression that is written as a number or a list of numbers.
+/// Returns the value of a JSON number, or of a list of numbers; `None` for any other JSON value.
 fn literal(value: &serde_json::Value) -> Option<Value> {
     match value {
         serde_json::Value::Number(number) => number.as_f64().map(Value::Number),

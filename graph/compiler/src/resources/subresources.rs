@@ -17,7 +17,7 @@ use umbragraph_pipeline::pipeline::{Access, History, Located as _, Pass, Subreso
 use umbragraph_pipeline::source::Sources;
 use umbragraph_pipeline::work::PassHandle;
 
-/// Takes the passes that use what is not there out of a pipeline.
+/// Removes passes that access mip levels, layers or bytes that a resource does not have, and reports each such access.
 pub fn set_aside(
     pipeline: &mut TypedPipeline,
     options: &PlanOptions,
@@ -57,7 +57,8 @@ pub fn set_aside(
     pipeline.passes = kept;
 }
 
-/// The accesses of what is not there, also by passes that are culled.
+/// Returns a diagnostic, with the pass, for each access of mip levels, layers or bytes that a resource does not have.
+/// Includes culled passes.
 pub(crate) fn beyond(pipeline: &TypedPipeline, sizes: &Sizes<'_>) -> Vec<(PassHandle, Diagnostic)> {
     let mut found = Vec::new();
     for (handle, pass) in pipeline.pass_handles().zip(&pipeline.passes) {

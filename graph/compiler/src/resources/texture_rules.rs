@@ -15,7 +15,8 @@ use wgpu_types::{TextureFormat, TextureUsages};
 use crate::request::texture_size::TextureSize;
 use umbragraph_pipeline::language::{TextureDeclaration, TextureShape};
 
-/// The errors in the sizes of a texture: key, message, and the way out.
+/// Returns the first WebGPU rule that a multisampled texture breaks: JSON pointer of the setting, message and help
+/// text. `None` if the size is valid.
 pub(crate) fn of_size(
     name: &str,
     texture: &TextureDeclaration,
@@ -42,7 +43,8 @@ pub(crate) fn of_size(
     None
 }
 
-/// Why a texture of a size cannot have a format, beside what is done with it.
+/// Returns the reason why WebGPU does not allow a format for a texture of this size, dimension and usages; `None` if it
+/// is allowed.
 pub(crate) fn of_format(
     format: TextureFormat,
     size: TextureSize,

@@ -14,7 +14,7 @@ use wgpu_types::{DownlevelFlags, TextureViewDimension};
 
 use crate::request::texture_size::TextureSize;
 
-/// The dimension that wgpu's `gles` gives a texture that is no volume.
+/// Returns the view dimension that wgpu's OpenGL backend (`gles`) gives a texture that is not 3D.
 pub(crate) fn of(size: TextureSize) -> TextureViewDimension {
     let is_cubes = size.width == size.height && size.samples == 1 && size.layers.is_multiple_of(6);
     match (is_cubes, size.layers) {
@@ -25,13 +25,14 @@ pub(crate) fn of(size: TextureSize) -> TextureViewDimension {
     }
 }
 
-/// Whether a texture is bound as an array, by a target that binds each texture as one shape.
+/// Returns `true` if a texture must be bound as an array, because the target (OpenGL) gives each texture one fixed view
+/// dimension.
 pub(crate) fn is_only_array(pipeline: &TypedPipeline, texture: &TextureDeclaration) -> bool {
     texture.view_dimension == Some(TextureShape::D2Array)
         && !pipeline.profile.downlevel.contains(DownlevelFlags::VIEW_FORMATS)
 }
 
-/// The name of a dimension in WebGPU.
+/// The WebGPU name of a view dimension, such as `2d-array`.
 pub(crate) fn name(dimension: TextureViewDimension) -> &'static str {
     match dimension {
         TextureViewDimension::D1 => "1d",

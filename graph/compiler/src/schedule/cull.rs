@@ -31,8 +31,8 @@ pub enum KeepReason<Reader = (PassHandle, ResourceHandle), Resource = ResourceHa
     Output(Resource),
     /// A kept pass reads a resource that this pass writes.
     ReadBy(Reader),
-    /// A kept pass reads, in a later frame, a history that this pass writes. The stored resource is the earlier frame
-    /// that the reader names.
+    /// A kept pass reads, in a later frame, a history that this pass writes. The value names the reader and the earlier
+    /// frame that it reads.
     ReadLater(Reader),
     /// A kept pass may read a resource that this pass writes: the writers' ranges or toggles are too many to
     /// distinguish.
@@ -150,7 +150,7 @@ pub fn surviving_writers(
     survivors(pipeline, graph, resource).0
 }
 
-/// Returns the passes whose writes survive to the end of the frame, and whether the list may contain too many.
+/// Returns the passes whose writes survive to the end of the frame, and `true` if some of these writes may not survive.
 fn survivors(pipeline: &TypedPipeline, graph: &Graph, resource: ResourceHandle) -> (Vec<PassHandle>, bool) {
     let discards = |range: SubresourceRange, writer: PassHandle| match pipeline.pass(writer).work() {
         Work::Render(render) => discards::discards(render, resource, range),

@@ -26,16 +26,17 @@ use crate::resources::resolved::ResolvedResources;
 use umbragraph_pipeline::language::Lifetime;
 use umbragraph_pipeline::work::PassHandle;
 
-/// The maximum number of passes whose best order is searched for.
+/// The maximum number of live passes for which the exact search runs.
 const EXACT_PASSES: usize = 20;
-/// The maximum number of steps of that search.
+/// The number of steps after which the exact search stops and keeps the best order found so far.
 const MAX_STEPS: usize = 2_000_000;
-/// The number of ready passes at either end, the first and the latest, that the heuristic weighs.
+/// The number of ready passes that the heuristic weighs from each of two lists: the first in document order, and the
+/// latest to become ready.
 const WINDOW: usize = 16;
-/// The maximum number of ways to one set of passes that are remembered.
+/// The maximum number of paths to one set of passes whose peaks are remembered for pruning.
 const MAX_WAYS: usize = 8;
 
-/// The best order found, how, and its bytes.
+/// Chooses the pass order that needs the fewest bytes; returns the order, the method that found it, and its bytes.
 pub(crate) fn choose(
     graph: &Graph,
     resolved: &ResolvedResources<'_>,
@@ -76,16 +77,16 @@ pub(crate) fn choose(
     (order, method, memory)
 }
 
-/// The input of the search: resources with their bytes, and which pass uses which.
+/// The input of the search: the transient resources with their bytes, and the resources that each pass uses.
 struct Model {
-    /// The transient resources that each pass uses, by numbers of their own.
+    /// The transient resources that each pass uses, indexed by pass handle, as indices into `resources`.
     uses: Vec<Vec<usize>>,
     resources: Vec<Needed>,
-    /// The maximum number of bytes that a single pass uses, for each class.
+    /// The maximum number of bytes that a single pass uses, for each compatibility class.
     min: Vec<u64>,
-    /// Whether the members of each class have one size.
+    /// Whether all transient resources of each compatibility class have the same size in bytes.
     even: bool,
-    /// Bytes that no order changes.
+    /// The bytes of resources that outlive the frame, which no order changes.
     fixed: u64,
 }
 
@@ -93,11 +94,11 @@ struct Model {
 struct Needed {
     class: usize,
     bytes: u64,
-    /// The number of live passes that use it.
+    /// The number of live passes that use the resource.
     users: u32,
 }
 
-/// The bytes of each class that are alive, and that were at most, during an order.
+/// The bytes alive and their peak so far, for each compatibility class, after some passes of an order.
 #[derive(Clone)]
 struct State {
     remaining: Vec<u32>,
@@ -159,7 +160,7 @@ impl Model {
         State { remaining, alive: vec![0; self.min.len()], peak: self.min.clone() }
     }
 
-    /// Runs a pass.
+    /// Updates the state as if the pass ran next.
     fn run(&self, state: &mut State, pass: PassHandle) {
         for resource in &self.uses[pass.index()] {
             let Needed { class, bytes, users } = self.resources[*resource];
@@ -177,7 +178,8 @@ impl Model {
         }
     }
 
-    /// The bytes by which the peaks rise if a pass runs, and the bytes that are alive afterwards in addition.
+    /// Returns the bytes by which the sum of peaks rises if the pass runs next, and the change of the bytes alive after
+    /// the pass.
     fn weigh(&self, state: &State, pass: PassHandle) -> (u64, i64) {
         let mut begun: Vec<(usize, u64)> = Vec::new();
         let mut change = 0i64;
@@ -199,7 +201,7 @@ impl Model {
         (begun.iter().map(above).sum(), change)
     }
 
-    /// The bytes that an order needs.
+    /// Returns the bytes of memory that transient resources need in an order.
     fn bytes(&self, order: &[PassHandle]) -> u64 {
         if !self.even {
             return self.created(order);
@@ -211,7 +213,7 @@ impl Model {
         state.peak.iter().sum()
     }
 
-    /// The bytes that are created for an order.
+    /// Returns the bytes of the textures and buffers that are created for transient resources in an order.
     fn created(&self, order: &[PassHandle]) -> u64 {
         let mut spans: Vec<Option<(usize, usize)>> = vec![None; self.resources.len()];
         for (at, pass) in order.iter().enumerate() {
@@ -247,7 +249,8 @@ fn schedule(model: &Model, graph: &Graph, live: &[PassHandle]) -> Vec<PassHandle
     order
 }
 
-/// The live passes that have to run before each live pass, as bit sets; paths through culled passes count.
+/// Returns a bit set for each live pass: the live passes that must run before it, also due to culled passes between.
+/// Bit `i` is the pass `live[i]`.
 fn predecessors(graph: &Graph, live: &[PassHandle]) -> Vec<u32> {
     let mut before = vec![0u32; graph.successors.len()];
     let mut own = vec![0u32; graph.successors.len()];
@@ -268,9 +271,9 @@ struct Search<'a> {
     live: &'a [PassHandle],
     predecessors: Vec<u32>,
     best: (u64, Vec<PassHandle>),
-    /// The lowest sum of peaks of an order that was found.
+    /// The lowest sum of peaks in bytes of all complete orders visited.
     lowest: u64,
-    /// The peaks with which each set of passes was reached.
+    /// The peaks in bytes for each compatibility class with which each set of passes (a bit set) was reached.
     known: HashMap<u32, Vec<Vec<u64>>>,
     steps: usize,
 }

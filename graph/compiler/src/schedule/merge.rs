@@ -16,7 +16,7 @@ use umbragraph_pipeline::work::{AttachmentTarget, Draw, LoadOperation, PassHandl
 /// The state that passes of one render pass share: the attachments and their aspects, and the toggle.
 pub(crate) type Key = (Vec<(AttachmentTarget, Aspect)>, Option<Condition>);
 
-/// The attachments of a pass; `None` for one that shares no render pass with others.
+/// Returns the attachments and toggle of a render pass; `None` if the pass cannot be merged with others.
 pub(crate) fn key(resolved: &ResolvedResources<'_>, pass: PassHandle) -> Option<Key> {
     let pipeline = resolved.pipeline;
     let Work::Render(render) = pipeline.pass(pass).work() else { return None };
@@ -33,33 +33,33 @@ pub(crate) fn key(resolved: &ResolvedResources<'_>, pass: PassHandle) -> Option<
     can_share.then(|| (targets, pipeline.pass(pass).condition))
 }
 
-/// Whether nothing of the attachments is cleared or discarded at the start.
+/// Returns `true` for a render pass that loads all of its attachments.
 pub(crate) fn loads_all(pipeline: &TypedPipeline, pass: PassHandle) -> bool {
     let Work::Render(render) = pipeline.pass(pass).work() else { return false };
     render.attachments().all(|one| one.load == LoadOperation::Load)
 }
 
-/// The accesses that are no attachments.
+/// Returns the accesses of a pass that are not attachments.
 fn others(pipeline: &TypedPipeline, pass: PassHandle) -> impl Iterator<Item = &Access> {
     pipeline.pass(pass).accesses().iter().filter(|one| !one.usage.is_attachment())
 }
 
-/// Merges consecutive passes into render passes.
+/// The state of merging consecutive passes into render passes.
 pub(crate) struct Merger<'a, 'p> {
     resolved: &'a ResolvedResources<'p>,
-    /// The attachments that the next pass must have to join.
+    /// The attachments and toggle that the next pass must have to join; `None` if no pass can join.
     pub(crate) key: Option<Key>,
     used: HashSet<ResourceHandle>,
     written: HashSet<ResourceHandle>,
 }
 
 impl<'a, 'p> Merger<'a, 'p> {
-    /// A merger that has no pass yet.
+    /// Creates a merger before the first pass.
     pub(crate) fn new(resolved: &'a ResolvedResources<'p>) -> Self {
         Self { resolved, key: None, used: HashSet::new(), written: HashSet::new() }
     }
 
-    /// Whether a pass could be recorded into the render pass so far.
+    /// Returns `true` if a pass can be recorded into the current render pass.
     pub(crate) fn joins(&self, pass: PassHandle) -> bool {
         self.key.is_some()
             && loads_all(self.resolved.pipeline, pass)
@@ -70,7 +70,7 @@ impl<'a, 'p> Merger<'a, 'p> {
             })
     }
 
-    /// Adds the next pass. Returns whether it joins the render pass before it.
+    /// Adds the next pass; returns `true` if the pass joins the current render pass.
     pub(crate) fn push(&mut self, pass: PassHandle) -> bool {
         let joins = self.joins(pass);
         if !joins {

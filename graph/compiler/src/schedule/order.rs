@@ -20,7 +20,7 @@ use crate::schedule::memory_order;
 use crate::schedule::merge::{self, Key, Merger};
 use umbragraph_pipeline::work::{PassHandle, Work};
 
-/// Puts the live passes, which come in the order of the document, into the order of an objective.
+/// Reorders the live passes, given in document order, for an objective.
 pub(crate) fn choose(
     graph: &Graph,
     resolved: &ResolvedResources<'_>,
@@ -53,7 +53,7 @@ pub(crate) fn choose(
     report
 }
 
-/// The number of render passes of an order.
+/// Returns the number of render passes in an order after merging.
 fn render_passes(resolved: &ResolvedResources<'_>, order: &[PassHandle]) -> usize {
     let mut merger = Merger::new(resolved);
     let draws = |pass: &PassHandle| matches!(resolved.pipeline.pass(*pass).work(), Work::Render(_));

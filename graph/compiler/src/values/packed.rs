@@ -11,18 +11,19 @@ use umbragraph_pipeline::pipeline::{element_type, member_runs, whole_number};
 use umbragraph_pipeline::shader::{Member, TypeLayout};
 use umbragraph_pipeline::work::{BlockValues, Live};
 
-/// The packed bytes of one constant block.
+/// The contents of one constant block (a uniform buffer of expression values) that a pass binds.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct PackedBlock {
     /// The bind group index of the block.
     pub group: u32,
     /// The binding index of the block within the bind group.
     pub binding: u32,
-    /// The contents of the block in its shader memory layout.
+    /// The contents of the block, in the memory layout that the shader declares.
     pub bytes: Vec<u8>,
 }
 
-/// Packs the values of a block's members; the live ones among them are bound to the block, which is at a position.
+/// Packs the values of a block's members into bytes; `None` after a diagnostic. Each live setting that feeds a member
+/// is bound to it; `position` is the index of the block in its pass.
 pub(crate) fn pack(
     block: &BlockValues,
     position: usize,
@@ -54,7 +55,7 @@ pub(crate) fn pack(
     fine.then_some(bytes)
 }
 
-/// Places of so many numbers in the block of a member.
+/// The byte layout by which `count` numbers are packed into one member of a block.
 #[derive(Clone, Debug)]
 pub(crate) struct Packing {
     member: Member,
@@ -62,7 +63,7 @@ pub(crate) struct Packing {
     runs: Result<Runs, String>,
 }
 
-/// The component, and for each run the first number, how many, and the byte of the first.
+/// The component type, and runs of consecutive numbers: index of the first number, count, and byte offset in the block.
 type Runs = (Component, Vec<(u32, u32, u32)>);
 
 impl Packing {
@@ -70,7 +71,7 @@ impl Packing {
         Self { member: member.clone(), count, runs: runs(member, count) }
     }
 
-    /// Packs a value; `numbers` is memory that is used again.
+    /// Packs a value into the bytes of a block. `numbers` is scratch memory, which avoids an allocation for each value.
     pub(crate) fn pack(
         &self,
         value: &Value,
@@ -111,7 +112,8 @@ impl Packing {
     }
 }
 
-/// The component of a member, and where so many numbers go in it.
+/// Returns the component type of a member and the runs that place `count` numbers in it. The error is a message for the
+/// user.
 fn runs(member: &Member, count: usize) -> Result<Runs, String> {
     let (array, element) = match &member.layout {
         TypeLayout::Array { element, .. } => (true, element_type(element)),
@@ -133,7 +135,8 @@ fn runs(member: &Member, count: usize) -> Result<Runs, String> {
     Ok((element.component, runs))
 }
 
-/// The bits of a number, if it is one of the component's.
+/// Returns the 32-bit pattern of a number as `component`. `None` if it is out of range, or not whole for an integer
+/// component.
 pub(crate) fn to_word(number: f64, component: Component) -> Option<u32> {
     match component {
         Component::F32 => (number.abs() <= f64::from(f32::MAX)).then(|| (number as f32).to_bits()),

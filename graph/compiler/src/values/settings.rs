@@ -11,35 +11,36 @@ use umbragraph_pipeline::pipeline::{LiveSetting, TypedPipeline, with_names};
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[non_exhaustive]
 pub struct PlannedParameter {
-    /// Whether it can change from frame to frame.
+    /// Whether the parameter can change from frame to frame without a new plan.
     pub live: bool,
     /// The JSON pointer of the setting that makes the parameter structural; `None` if the parameter is live.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub structural_at: Option<String>,
 }
 
-/// A live setting in a plan: the expression and the value that it sets. Positions are those of
-/// [`umbragraph_pipeline::pipeline::Pass::live`].
+/// A live setting of a pass in a plan: an expression of live parameters, and the value in the plan that it sets. Its
+/// index in the list of the pass is that in [`umbragraph_pipeline::pipeline::Pass::live`].
 #[derive(Clone, Debug)]
 pub struct PlannedSetting {
-    /// An expression of live parameters, and of values derived from them alone.
+    /// The expression, with all names replaced by values except live parameters and values that follow from them.
     pub(crate) expression: Expression,
     pub(crate) bound: Bound,
 }
 
-/// Bound that a plan sets to the value of a live setting.
+/// The destination and the limit that a plan gives to the value of a live setting.
 #[derive(Clone, Debug)]
 pub(crate) enum Bound {
     Free,
-    /// A member of the block at a position of the pass's blocks.
+    /// The value fills a member of a block, given by the index of the block in its pass.
     Member(usize, Packing),
-    /// A count of workgroups, which is at most so large.
+    /// A workgroup count, with its maximum.
     Workgroups(u32),
-    /// A count of a draw, and how many of what is counted a buffer has, with its name.
+    /// An element or instance count of a draw, with the count that the smallest bound buffer holds and the buffer's
+    /// name.
     Drawn(u64, String),
 }
 
-/// The parameters of a pipeline, as its plan has them.
+/// Returns for each parameter of a pipeline, by name, whether it is live or structural.
 pub(crate) fn planned(pipeline: &TypedPipeline) -> std::collections::BTreeMap<String, PlannedParameter> {
     let of = |structural: &Option<umbragraph_pipeline::pipeline::Structural>| PlannedParameter {
         live: structural.is_none(),
@@ -48,7 +49,7 @@ pub(crate) fn planned(pipeline: &TypedPipeline) -> std::collections::BTreeMap<St
     pipeline.parameters.iter().map(|(name, one)| (name.clone(), of(&one.structural))).collect()
 }
 
-/// The live settings of a pass, in their order; none where no live parameter reaches one.
+/// Returns the live settings of a pass in declaration order; empty if no live parameter affects any of them.
 pub(crate) fn of_pass(sizes: &Sizes<'_>, all: &[LiveSetting]) -> Vec<PlannedSetting> {
     let is_live = |one: &LiveSetting| one.value.expression.names().iter().any(|name| sizes.is_live(name));
     let all = if all.iter().any(is_live) { all } else { &[] };
@@ -59,7 +60,7 @@ pub(crate) fn of_pass(sizes: &Sizes<'_>, all: &[LiveSetting]) -> Vec<PlannedSett
     all.iter().map(planned).collect()
 }
 
-/// An expression in which values stand for the names of what does not change.
+/// Returns an expression in which each name that does not follow from a live parameter is replaced by its value.
 fn folded(expression: &Expression, sizes: &Sizes<'_>) -> Expression {
     with_names(expression, &|name| {
         let value = if sizes.is_live(name) { None } else { sizes.lookup(name) };

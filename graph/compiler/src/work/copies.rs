@@ -49,7 +49,7 @@ pub enum PlannedCopy {
         from: TexelOrigin,
         /// The first texel in the destination.
         to: TexelOrigin,
-        /// Width, height, and layers or slices (unit: texels).
+        /// The width and height in texels, and the number of layers or depth slices.
         extent: [u32; 3],
     },
     /// Copies texels from a buffer to a texture.
@@ -58,7 +58,7 @@ pub enum PlannedCopy {
         from: TexelRows,
         /// The first texel in the destination.
         to: TexelOrigin,
-        /// Width, height, and layers or slices (unit: texels).
+        /// The width and height in texels, and the number of layers or depth slices.
         extent: [u32; 3],
     },
     /// Copies texels from a texture to a buffer.
@@ -67,7 +67,7 @@ pub enum PlannedCopy {
         from: TexelOrigin,
         /// The layout of the texels in the destination buffer.
         to: TexelRows,
-        /// Width, height, and layers or slices (unit: texels).
+        /// The width and height in texels, and the number of layers or depth slices.
         extent: [u32; 3],
     },
 }
@@ -79,14 +79,14 @@ pub struct TexelOrigin {
     pub mip: u32,
     /// The x and y offsets from the top left in texels, and the index of the layer or depth slice.
     pub at: [u32; 3],
-    /// The aspect of the texture: color, depth or stencil.
+    /// The aspect of the texture: all, depth only or stencil only.
     pub aspect: Aspect,
 }
 
 /// The layout of texel rows in a buffer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct TexelRows {
-    /// The byte offset of the first texel.
+    /// The byte offset of the first texel in the buffer.
     pub offset: u64,
     /// The distance between rows in bytes.
     pub bytes_per_row: u32,
@@ -94,7 +94,7 @@ pub struct TexelRows {
     pub rows_per_image: u32,
 }
 
-/// Returns the copy commands of a transfer; `None` after a diagnostic.
+/// Returns the copy commands of a transfer; `None` if the transfer is invalid.
 pub(crate) fn copies(
     resolved: &ResolvedResources<'_>,
     transfer: &TransferWork,
@@ -124,11 +124,11 @@ pub(crate) fn copies(
     }
 }
 
-/// The maximum number of byte ranges that are distinguished.
+/// The maximum number of texel rows in one copy command whose byte ranges are distinguished.
 const MAXIMUM_RUNS: u64 = 1 << 16;
 
-/// Returns the byte ranges that the rows of a texture-buffer copy occupy in the buffer. `None` if the pass is no such
-/// copy, or has too many rows.
+/// Returns the byte ranges that the rows of a texture-buffer copy occupy in the buffer. `None` for other passes and
+/// invalid copies, or if there are too many rows.
 pub(crate) fn runs_of_rows(resolved: &ResolvedResources<'_>, handle: PassHandle) -> Option<Runs> {
     let Work::Transfer(transfer) = resolved.pipeline.pass(handle).work() else { return None };
     let texture = match (transfer.source.as_ref()?, &transfer.destination) {
@@ -189,7 +189,7 @@ impl Copies<'_, '_> {
         None
     }
 
-    /// Returns the byte offset and the number of bytes of a buffer region; `None` after a diagnostic.
+    /// Returns the byte offset and the number of bytes of a buffer region; `None` if the buffer is not resolved.
     fn run(&self, region: &BufferRegion) -> Option<(u64, u64)> {
         let all = self.resolved.get(region.buffer.resource)?.bytes;
         Some(region.buffer.range.bytes.map_or((0, all), |run| (run.first, run.count)))
@@ -211,7 +211,7 @@ impl Copies<'_, '_> {
         Some(PlannedCopy::Bytes { from: first, to: start, bytes: source })
     }
 
-    /// Returns the copies from one texture to another; `None` after a diagnostic.
+    /// Returns the copies from one texture to another; `None` if the transfer is invalid.
     fn texels(
         &mut self,
         from: &TextureRegion,
@@ -275,7 +275,7 @@ impl Copies<'_, '_> {
     }
 
     /// Returns the copies between a texture and a buffer: per mip level, the texel origin, the buffer layout and the
-    /// extent.
+    /// extent. `None` if the transfer is invalid.
     fn rows(
         &mut self,
         region: &TextureRegion,
@@ -372,7 +372,7 @@ impl Copies<'_, '_> {
         Some(aspect)
     }
 
-    /// Returns the first texel and the extent in texels of each mip level; `None` after a diagnostic.
+    /// Returns the first texel and the extent in texels of each mip level; `None` if the region is invalid.
     fn boxes(
         &mut self,
         region: &TextureRegion,

@@ -7,10 +7,10 @@ use umbragraph_pipeline::pipeline::{Located as _, whole_number};
 use umbragraph_pipeline::shader::Stage;
 use umbragraph_pipeline::work::{ComputeWork, Dispatch, Live, PassHandle};
 
-/// The number of workgroups that a value is.
+/// Converts a value to a number of workgroups.
 ///
 /// # Errors
-/// No whole number, or one beyond the limit: a diagnostic without its place.
+/// Returns a diagnostic without a place if the value is not a whole number from 0 to `limit`.
 pub(crate) fn count(value: &Value, limit: u32) -> Result<u32, Diagnostic> {
     whole_number(value, 0..=limit).ok_or_else(|| {
         let message = format!("{} is not a workgroup count", shorten(&value.to_string()));
@@ -19,7 +19,8 @@ pub(crate) fn count(value: &Value, limit: u32) -> Result<u32, Diagnostic> {
     })
 }
 
-/// The workgroup counts of a pass; `None` after a diagnostic, and where a buffer says them.
+/// Returns the workgroup counts of a compute pass in x, y and z; `None` after a diagnostic, or for an indirect
+/// dispatch.
 pub(crate) fn workgroups(
     resolved: &ResolvedResources<'_>,
     compute: &ComputeWork,

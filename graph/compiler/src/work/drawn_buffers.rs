@@ -5,27 +5,28 @@
 
 use umbragraph_pipeline::work::{BufferDraw, ResourceHandle};
 
-/// The count of a draw that says how much of a buffer is read.
+/// The count of a draw by which the elements of a buffer are counted.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Counted {
-    /// Vertices, or indices.
+    /// The number of vertices; for an indexed draw, the number of indices.
     Elements,
     Instances,
 }
 
-/// The layout of a buffer that a draw reads.
+/// The layout of a vertex or index buffer that a draw reads.
 pub(crate) struct DrawnBuffer {
     pub(crate) buffer: ResourceHandle,
-    /// The count of its elements.
+    /// The count of the draw that is the number of elements read.
     pub(crate) counted: Counted,
-    /// Bytes from one element to the next.
+    /// The distance from one element to the next in bytes.
     stride: u64,
-    /// Bytes of the last element.
+    /// The number of bytes read of the last element.
     last: u64,
 }
 
 impl DrawnBuffer {
-    /// The buffers that a draw reads.
+    /// Returns the buffers of which a draw reads a known number of elements. Per-vertex buffers of an indexed draw are
+    /// left out.
     pub(crate) fn all(draw: &BufferDraw) -> Vec<Self> {
         let streams = draw.vertices.iter().filter_map(|stream| {
             let counted = match (stream.step, &draw.indices) {
@@ -43,12 +44,12 @@ impl DrawnBuffer {
         streams.chain(indices).collect()
     }
 
-    /// The bytes of a number of elements.
+    /// Returns the number of bytes that a number of elements occupies.
     pub(crate) fn bytes(&self, elements: u64) -> u64 {
         if elements == 0 { 0 } else { (elements - 1) * self.stride + self.last }
     }
 
-    /// The number of elements that fit into bytes; `None` if there is no end.
+    /// Returns the number of elements that fit into a number of bytes; `None` if any number fits, with a stride of 0.
     pub(crate) fn elements(&self, bytes: u64) -> Option<u64> {
         match (bytes.checked_sub(self.last), self.stride) {
             (None, _) => Some(0),

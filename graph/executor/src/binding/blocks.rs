@@ -36,7 +36,7 @@ impl Place {
     }
 }
 
-/// The blocks of all passes of a plan, and their layout in one buffer.
+/// The uniform and storage blocks of all passes of a plan, and their layout in one buffer.
 pub(crate) struct Blocks {
     /// The size of the buffer, in bytes.
     pub(crate) size: u64,
@@ -173,12 +173,12 @@ impl Blocks {
     }
 }
 
-/// The slots of a pass that the module fills.
+/// The binding slots of a pass that the executor fills; empty for a pass without a shader.
 pub(crate) fn slots(work: &Work) -> &[BoundSlot] {
     work.bound().map_or(&[], |(_, slots)| slots)
 }
 
-/// The data whose views a pass draws.
+/// The blackboard resource whose views a pass draws; `None` if it draws no meshes.
 fn scene_views(work: &Work) -> Option<ResourceHandle> {
     work.scene().map(|scene| scene.views.resource)
 }
@@ -191,7 +191,7 @@ fn max_views(plan: &Plan, work: &Work) -> u64 {
     }
 }
 
-/// The bytes that are bound for a slot, if the module fills it.
+/// Returns the size in bytes of the block that is bound to a slot; `None` if the executor fills no block for the slot.
 fn block_bytes(plan: &Plan, work: &Work, slot: &BoundSlot) -> Option<u64> {
     let program = plan.pipeline.program(work.program()?);
     let binding = program.binding_at(slot.group, slot.binding);

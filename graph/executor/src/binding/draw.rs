@@ -35,7 +35,8 @@ impl<'a> Host<'a> {
     }
 }
 
-/// The host's meshes, drawn by a pipeline's passes on request.
+/// The host's meshes, materials and objects. The executor calls [`Self::draw`] for each view of each pass that draws
+/// meshes.
 pub trait DrawSource: wgpu::WasmNotSend + wgpu::WasmNotSync {
     /// Returns the host's mesh layout for a geometry contract; `None` if the layout of the plan (`Library::host`)
     /// holds.

@@ -39,7 +39,7 @@ impl HostGroups {
         Self { layout, kind: Kind::Materials, groups: Vec::new(), count: 0, generation: None }
     }
 
-    /// Objects whose blocks lie as the host's interface says.
+    /// Creates the bind groups of objects, with block sizes and strides from the host's interface.
     pub(crate) fn objects(layout: HostLayout, interface: &HostInterface) -> Self {
         let block = |name: &str| {
             interface.object.iter().find(|slot| slot.name == name).and_then(|slot| match slot.kind {
@@ -51,7 +51,7 @@ impl HostGroups {
         Self { kind, ..Self::materials(layout) }
     }
 
-    /// Returns `true` if shaders can use one in place of the other.
+    /// Returns `true` if `other` has an equal layout and equal blocks, so that shaders can use either of the two.
     pub(crate) fn is_alike(&self, other: &Self) -> bool {
         self.layout == other.layout && self.kind == other.kind
     }

@@ -23,7 +23,7 @@ use umbragraph_compiler::Plan;
 use umbragraph_pipeline::data::View;
 use umbragraph_pipeline::work::{BoundSlot, Redraw, ResourceHandle, SceneDraw, SlotSource, Work};
 
-/// The key of this module in the cache of modules; all others are hashes.
+/// The key of this shader module in the module cache, in place of a hash.
 const CLEAR_KEY: [u8; 32] = *b"executor: clears a tile of depth";
 
 const CLEAR: &str = "@vertex fn cover(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
@@ -34,7 +34,7 @@ const CLEAR: &str = "@vertex fn cover(@builtin(vertex_index) index: u32) -> @bui
 /// The revision and generation of the host that a view was drawn with; `None` if the host declares none.
 pub(crate) type Stamp = Option<(u64, u64)>;
 
-/// The stamp of a view that contains no draw of its filter. It is equal after any change of the host.
+/// The stamp of a view that contains no draw of its filter. It stays equal when the host's revision changes.
 pub(crate) const NOTHING: Stamp = Some((u64::MAX, u64::MAX));
 
 /// The views that a pass has drawn and whose texels are unchanged since.
@@ -78,7 +78,8 @@ impl Kept {
         self.views.iter().find(|kept| kept.view == *view).map(|kept| kept.record)
     }
 
-    /// The number of the last record that drew into some texels; `None` if none is known.
+    /// The number of the last record that drew a kept view into any of these texels; `None` if no kept view covers
+    /// them.
     pub(crate) fn latest(&self, texels: Texels) -> Option<u64> {
         let within = self.views.iter().filter(|kept| overlap(kept.texels, texels));
         within.map(|kept| kept.record).max()
@@ -103,8 +104,9 @@ pub(crate) fn kept(work: &Work) -> Option<(&SceneDraw, &Redraw, ResourceHandle)>
     Some((scene, scene.redraw.as_ref()?, render.depth.as_ref()?.to.resource))
 }
 
-/// For each pass of a plan, the view-keeping passes that depend on its results: the keeper itself, and the sources of
-/// its reads. Views are not counted, since they are compared; nor are the texels below them, which have records.
+/// For each pass of a plan, the indices of the view-keeping passes that depend on its results, directly or through
+/// other passes. A view-keeping pass depends on itself too. Its views are not counted, since views are compared, nor is
+/// its base texture, whose draws are recorded.
 pub(crate) fn keepers(plan: &Plan) -> Vec<Vec<usize>> {
     let pipeline = &plan.pipeline;
     let base =
@@ -144,7 +146,7 @@ fn overlap((layer, a): Texels, (other, b): Texels) -> bool {
     layer == other && meet(a[0], a[2], b[0], b[2]) && meet(a[1], a[3], b[1], b[3])
 }
 
-/// The pipeline that clears a view's texels of depth.
+/// Creates the pipeline that sets the depth of a view's texels.
 pub(crate) fn clear_pipeline(
     creation: &mut Creation<'_>,
     objects: &mut Objects,
@@ -158,7 +160,7 @@ pub(crate) fn clear_pipeline(
     objects.render_pipeline(creation, label, key)
 }
 
-/// Clears the texels of a view.
+/// Sets the depth of the rectangle of x, y, width and height in texels.
 pub(crate) fn clear(
     pass: &mut wgpu::RenderPass<'static>,
     pipeline: &wgpu::RenderPipeline,
@@ -188,7 +190,7 @@ mod tests {
         .viewport(Some(viewport))
     }
 
-    /// Texel by texel: what is seen is of the same view, and as new as the cadence promises.
+    /// Checks for each texel that its last draw was of the same view, and no older than the cadence allows.
     #[test]
     fn no_texel_is_of_another_view_or_older_than_the_cadence() {
         let mut left = 0;

@@ -23,7 +23,7 @@ use umbragraph_pipeline::work::AttachmentTarget;
 /// The maximum error of a translation, in texels; errors add up from frame to frame.
 const TOLERANCE: f64 = 1e-6;
 
-/// The key of this shader module in the module cache; all other keys are hashes.
+/// The key of this shader module in the module cache, in place of a hash.
 const KEY: [u8; 32] = *b"executor: scrolls a view's depth";
 
 const WGSL: &str = "@group(0) @binding(0) var kept: texture_depth_2d;
@@ -50,7 +50,8 @@ pub(crate) struct Scroll {
 }
 
 impl Scroll {
-    /// The scroll of a pass, from the plan and a texture of it; `None` without a depth of one sample.
+    /// Creates the copy of texels of the texture `from` into the depth attachment `attached`; `None` if either has
+    /// several samples or no texture.
     pub(crate) fn new(
         creation: &mut Creation<'_>,
         objects: &mut Objects,

@@ -16,7 +16,8 @@ use umbragraph_pipeline::data::{BlackboardData, View};
 use umbragraph_pipeline::diagnostic::{Diagnostic, Diagnostics, Place, codes, list_of};
 use umbragraph_pipeline::language::Lifetime;
 
-/// The errors that keep a frame from being recorded.
+/// Returns the errors that prevent a frame from being recorded; empty if its imports, meshes and mesh layouts fit the
+/// plan.
 pub(crate) fn check(instantiated: &Instantiated, frame: &Frame<'_>) -> Diagnostics {
     let mut diagnostics = Diagnostics::new();
     let imports = &instantiated.resources.imports;
@@ -75,10 +76,11 @@ pub(crate) fn check(instantiated: &Instantiated, frame: &Frame<'_>) -> Diagnosti
     diagnostics
 }
 
-/// Queries the draw source for the buffers of imports that were not given by handle.
+/// Takes imported buffers from the draw source, except those that were set with `Executor::give`. A changed buffer
+/// drops all bind groups.
 ///
 /// # Errors
-/// A buffer that the source cannot make, or one that the plan was not made for.
+/// A buffer that the source cannot create, or one that lacks the size or usages that the plan requires.
 pub(crate) fn provide(instantiated: &mut Instantiated, source: &dyn DrawSource) -> Result<(), Diagnostic> {
     let Instantiated { resources, plan, .. } = &instantiated;
     let mut others = Vec::new();
@@ -112,7 +114,7 @@ pub(crate) fn provide(instantiated: &mut Instantiated, source: &dyn DrawSource) 
     Ok(())
 }
 
-/// The diagnostic for a texture whose name is no import of the plan.
+/// Returns the error for a texture that the host gives under a name that the plan does not import.
 fn surplus(instantiated: &Instantiated, name: &str) -> Diagnostic {
     let imported = instantiated.plan.imports().map(|(name, _)| name);
     let message =
@@ -124,7 +126,8 @@ fn surplus(instantiated: &Instantiated, name: &str) -> Diagnostic {
     })
 }
 
-/// The error of an object that a host gives by handle.
+/// Returns the reason why a texture or buffer passed to `Executor::give` does not meet the plan's requirements; `None`
+/// if it does.
 pub(crate) fn given_error(plan: &Plan, name: &str, given: &Kept) -> Option<String> {
     let resource = plan.resources.get(name)?;
     match given {
@@ -133,7 +136,8 @@ pub(crate) fn given_error(plan: &Plan, name: &str, given: &Kept) -> Option<Strin
     }
 }
 
-/// Returns `true` if a buffer of the host's meets the requirements of a resource of a plan.
+/// Returns `true` if `name` is an imported buffer of the plan, and `buffer` has the size and usages that the plan
+/// requires.
 pub(crate) fn fits(plan: &Plan, name: &str, buffer: &wgpu::Buffer) -> bool {
     let resource = plan.resources.get(name).filter(|one| one.physical == Physical::Imported);
     resource.is_some_and(|resource| {
@@ -160,7 +164,8 @@ fn buffer_error(
         .then(|| format!("the buffer for \"{name}\" was created without the usage {missing:?}"))
 }
 
-/// The pass that copies a texture: copies take whole textures, and no parts.
+/// Returns the name of the first pass that copies from or to an imported texture; `None` if no pass does. Such a pass
+/// needs a whole texture, not a part.
 fn copying<'p>(plan: &'p Plan, resource: &PlannedResource) -> Option<&'p str> {
     let copies = wgpu::TextureUsages::COPY_SRC | wgpu::TextureUsages::COPY_DST;
     let mut passes = plan.passes.iter().map(|planned| plan.pipeline.pass(planned.handle));
@@ -171,7 +176,7 @@ fn copying<'p>(plan: &'p Plan, resource: &PlannedResource) -> Option<&'p str> {
     copying.map(|pass| pass.name.as_str())
 }
 
-/// The warnings about a frame that is recorded all the same.
+/// Adds warnings about an unusable camera or light. The frame is recorded nevertheless.
 pub(crate) fn warnings(frame: &Frame<'_>, diagnostics: &mut Diagnostics) {
     let warning = |message: String| Diagnostic::warning(codes::FRAME_INPUT, Place::Nowhere, message);
     if let Some(reason) = frame.input.camera.check() {
@@ -217,10 +222,10 @@ fn import_error(plan: &Plan, name: &str, resource: &PlannedResource, import: Imp
     Some(format!("\"{pass}\" copies \"{name}\", which takes a whole texture, not a part of one"))
 }
 
-/// Runs the CPU passes in their order.
+/// Runs the CPU passes in the plan's order.
 ///
 /// # Errors
-/// A pass that publishes what it did not declare, or a view that lies outside what it is drawn into.
+/// A pass that publishes data it did not declare, or a view that lies outside the attachments it is drawn into.
 pub(crate) fn run_cpu_passes(
     instantiated: &mut Instantiated,
     frame: &Frame<'_>,
@@ -238,7 +243,7 @@ pub(crate) fn run_cpu_passes(
     if diagnostics.is_empty() { Ok(()) } else { Err(diagnostics) }
 }
 
-/// Reports views that lie outside the texture that they are drawn into.
+/// Adds an error for each view that lies outside the attachments of the pass that draws it.
 fn check_views(instantiated: &Instantiated, diagnostics: &mut Diagnostics) {
     for (planned, pass) in instantiated.plan.passes.iter().zip(&instantiated.passes) {
         let InstantiatedWork::Scene { scene, attachments } = &pass.work else { continue };

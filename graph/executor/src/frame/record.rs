@@ -27,19 +27,19 @@ use umbragraph_pipeline::diagnostic::{Diagnostic, Diagnostics, codes};
 use umbragraph_pipeline::work::{Redraw, SceneDraw};
 use wgpu_profiler::GpuProfilerQuery;
 
-/// Scratch memory that all records reuse.
+/// Memory that all records reuse, and the counts and failures of the last record.
 #[derive(Default)]
 pub(crate) struct Scratch {
     offsets: Vec<u32>,
     drawn: Drawn,
-    /// The counts of each pass in the last record.
+    /// The draw counts of the last record, by pass index in the plan; zero for passes that draw no meshes.
     pub(crate) counts: Vec<PassCounts>,
-    /// The passes whose draws failed, with the reasons.
+    /// The indices of the passes whose draws failed in the last record, with the reasons.
     failed: Vec<(usize, String)>,
 }
 
 impl Scratch {
-    /// The diagnostics of draws that failed in the last record, one for each pass.
+    /// Returns an error for each pass whose draws failed in the last record, and for each different reason.
     pub(crate) fn failures(&self, plan: &Plan) -> Diagnostics {
         let mut diagnostics = Diagnostics::new();
         for run in self.failed.chunk_by(|a, b| a == b) {
@@ -56,7 +56,7 @@ impl Scratch {
     }
 }
 
-/// Creates the objects that a record lacks.
+/// Rotates the histories, and creates the views and bind groups that a record needs and that do not exist yet.
 ///
 /// # Errors
 /// Materials or objects that the host does not provide; textures of another device.
@@ -89,7 +89,8 @@ pub(crate) fn prepare(
     Ok(())
 }
 
-/// Drops all objects that a record created, since the device rejected some.
+/// Drops all bind groups and views of imports, and undoes the rotation of histories, after the preparation of a record
+/// failed.
 pub(crate) fn forget(instantiated: &mut Instantiated) {
     instantiated.resources.imports.forget_views();
     instantiated.resources.histories.retreat();
@@ -97,7 +98,7 @@ pub(crate) fn forget(instantiated: &mut Instantiated) {
     instantiated.host_groups.iter_mut().for_each(HostGroups::forget);
 }
 
-/// Records all passes.
+/// Records the passes of the plan that toggles do not switch off, in the plan's order.
 pub(crate) fn record(
     instantiated: &mut Instantiated,
     encoder: &mut wgpu::CommandEncoder,
@@ -181,20 +182,20 @@ pub(crate) fn record(
     taken.kept = all_kept;
 }
 
-/// One pass, or several that take one render pass.
+/// The recording of one pass, or of several passes that share one render pass.
 struct Recording<'a> {
     instantiated: &'a Instantiated,
     frame: &'a Frame<'a>,
     scratch: &'a mut Scratch,
     attachments: &'a Attachments,
     gpu_times: &'a GpuTimes,
-    /// The name of the first pass.
+    /// The name of the first of the recorded passes.
     name: &'a str,
     label: &'a str,
 }
 
 impl Recording<'_> {
-    /// One render pass with all draws of some passes from a position on.
+    /// Records one render pass with all draws of `count` passes, from the pass with index `first` on.
     fn flat(&mut self, encoder: &mut wgpu::CommandEncoder, first: usize, count: usize) {
         let resources = &self.instantiated.resources;
         self.scratch.drawn.reset(self.attachments);
@@ -236,7 +237,8 @@ impl Recording<'_> {
         self.gpu_times.end(encoder, query);
     }
 
-    /// A render pass for each run of views that draw into the same layer.
+    /// Records a render pass for each run of consecutive views that draw into the same layer. Then clears the layers
+    /// that no view draws into, unless the pass loads them.
     fn layered(&mut self, encoder: &mut wgpu::CommandEncoder, at: usize, pass: &InstantiatedPass) {
         let resources = &self.instantiated.resources;
         self.scratch.drawn.reset(self.attachments);
@@ -259,8 +261,9 @@ impl Recording<'_> {
         self.attachments.clear_rest(encoder, resources, self.label, &self.scratch.drawn);
     }
 
-    /// A render pass for each run of changed views of one layer; the texels of others stay as they are. `others` are
-    /// what other passes keep.
+    /// Redraws the changed views of a pass; the texels of unchanged views stay as they are. Consecutive changed views
+    /// of a layer share a render pass, unless a copy of texels comes between them. `others` holds the kept views of
+    /// other passes, by pass index.
     fn changed(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
@@ -371,8 +374,9 @@ impl Recording<'_> {
         }
     }
 
-    /// Lets the host draw some views of the pass at a position, the first of which is at a position among those of the
-    /// pass; into all of their texels, or some of views that the caller counts.
+    /// Lets the host draw views of the pass with index `at`; `first` is the index of the first of these views. `within`
+    /// restricts the draws to a rectangle of texels (x, y, width, height), and the caller then counts the views; `None`
+    /// draws entire views.
     fn draw(
         &mut self,
         (at, instantiated): (usize, &InstantiatedScene),
@@ -421,7 +425,7 @@ fn views_of<'a>(instantiated: &'a Instantiated, scene: &InstantiatedScene) -> &'
     instantiated.cpu_passes.seen(scene.views).map(BlackboardData::views).unwrap_or_default()
 }
 
-/// The reference that stencil is compared with and that replaces it, and the constant of blend equations.
+/// Sets the stencil reference and the blend constant of a render pass, if the pass declares them.
 fn set_constants(pass: &InstantiatedPass, render_pass: &mut wgpu::RenderPass<'static>) {
     if let Some(reference) = pass.constants.reference {
         render_pass.set_stencil_reference(reference.value.into());

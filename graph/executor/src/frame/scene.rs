@@ -22,7 +22,7 @@ use umbragraph_pipeline::draw::{MATERIAL_GROUP, OBJECT_GROUP, PropertySet};
 use umbragraph_pipeline::frame::Bounds;
 use umbragraph_pipeline::work::{DrawOrder, SceneDraw};
 
-/// The objects that the host's draws of a pass need.
+/// The settings and device objects that the host's draws of one pass need.
 pub(crate) struct Scene<'a> {
     pub(crate) work: &'a SceneDraw,
     pub(crate) instantiated: &'a InstantiatedScene,
@@ -33,10 +33,12 @@ pub(crate) struct Scene<'a> {
 }
 
 impl Scene<'_> {
-    /// Lets the host draw one view of the pass, scissored to `texels`; returns how many draws and texels that was.
+    /// Lets the host draw one view of the pass, with the scissor rectangle `texels` (x, y, width, height); `position`
+    /// is the index of the view. Returns the number of draws and of scissored texels; zero if a pipeline, material 0 or
+    /// object 0 is missing.
     ///
     /// # Errors
-    /// Why the host's draws failed.
+    /// The reason why the host's draws failed, or its panic message.
     pub(crate) fn draw(
         &self,
         source: &dyn DrawSource,
@@ -79,7 +81,8 @@ fn said_in_panic(payload: &(dyn std::any::Any + Send)) -> String {
     format!("it panicked: {}", text.unwrap_or_default())
 }
 
-/// The texels, of those of a view, that lie within bounds; `None` if none do.
+/// Returns the part of a view's texels that world-space bounds cover, plus one texel on each side; `None` if they cover
+/// none. Rectangles are x, y, width and height in texels.
 pub(crate) fn covered(bounds: &Bounds, view: &View, texels: [u32; 4]) -> Option<[u32; 4]> {
     if *bounds == Bounds::EMPTY {
         return None;
@@ -103,7 +106,7 @@ pub(crate) fn covered(bounds: &Bounds, view: &View, texels: [u32; 4]) -> Option<
     (wide > 0 && high > 0).then_some([x + low.x as u32, y + low.y as u32, wide, high])
 }
 
-/// The intersection of two rectangles.
+/// Returns the intersection of two rectangles of x, y, width and height in texels; `None` if they do not overlap.
 pub(crate) fn common(a: [u32; 4], b: [u32; 4]) -> Option<[u32; 4]> {
     let low = [a[0].max(b[0]), a[1].max(b[1])];
     let wide = (a[0] + a[2]).min(b[0] + b[2]).checked_sub(low[0])?;
@@ -111,14 +114,14 @@ pub(crate) fn common(a: [u32; 4], b: [u32; 4]) -> Option<[u32; 4]> {
     (wide > 0 && high > 0).then_some([low[0], low[1], wide, high])
 }
 
-/// The render pass of one view, as the host sees it.
+/// The render pass of one view into which the host records its draws.
 struct ScenePass<'a> {
     scene: &'a Scene<'a>,
     view: &'a View,
     detail: u32,
     pass: &'a mut wgpu::RenderPass<'static>,
     offsets: &'a mut Vec<u32>,
-    /// The number of bound objects.
+    /// The number of calls of `set_object` so far, one for each draw.
     draws: u64,
     failed: Option<String>,
 }

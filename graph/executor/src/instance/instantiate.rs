@@ -44,17 +44,18 @@ pub(crate) struct Instantiated {
     pub(crate) passes: Vec<InstantiatedPass>,
     /// The bind groups of the host's materials and objects.
     pub(crate) host_groups: Vec<HostGroups>,
-    /// The host's interfaces, by the name of the geometry.
+    /// The host's mesh layouts, by the name of the geometry contract.
     pub(crate) interfaces: BTreeMap<String, HostInterface>,
-    /// The interfaces, of this plan and those before, that a draw source has declared.
+    /// The mesh layouts that draw sources have declared for this plan and earlier ones.
     pub(crate) stated: Stated,
-    /// The views whose texels each pass keeps.
+    /// For each pass, the views whose texels are kept from frame to frame; empty if the pass draws all views in every
+    /// frame.
     pub(crate) kept: Vec<Kept>,
-    /// The passes, for each pass, whose kept views depend on its results.
+    /// For each pass, the indices of the passes whose kept views depend on its results.
     pub(crate) keepers: Vec<Vec<usize>>,
-    /// The CPU passes, with what they keep from frame to frame, and the toggles of the frame.
+    /// The CPU passes with their published data and their state, and the states of the toggles in the frame.
     pub(crate) cpu_passes: CpuPasses,
-    /// The parameters of the frame.
+    /// The current values of the live parameters.
     pub(crate) parameters: Parameters,
 }
 
@@ -65,7 +66,7 @@ pub(crate) struct InstantiatedPass {
     /// The number of passes that are recorded as one render pass, including this one; 0 if an earlier pass records this
     /// one.
     pub(crate) merged: usize,
-    /// The label of its render pass.
+    /// The label of the render or compute pass; the names of all passes that share the render pass.
     pub(crate) label: String,
     pub(crate) constants: Constants,
 }
@@ -73,9 +74,9 @@ pub(crate) struct InstantiatedPass {
 /// The constants that a render pass sets besides pipelines and bind groups.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct Constants {
-    /// The stencil reference.
+    /// The stencil reference; `None` for a pass without stencil.
     pub(crate) reference: Option<Live<Byte>>,
-    /// The constant of blend equations.
+    /// The blend constant; `None` if the pass sets none.
     pub(crate) blend: Option<Live<Color>>,
 }
 
@@ -104,34 +105,38 @@ pub(crate) enum InstantiatedWork {
         scene: InstantiatedScene,
         attachments: Attachments,
     },
-    /// No device object: a CPU pass, or a pass that the device cannot run, which another place reports.
+    /// No device object: a CPU pass, or a pass whose objects cannot be created.
     Nothing,
 }
 
-/// Draws of the host's meshes.
+/// The device objects of a pass that draws the host's meshes.
 pub(crate) struct InstantiatedScene {
-    /// The data whose views are drawn.
+    /// The blackboard resource whose views are drawn.
     pub(crate) views: ResourceHandle,
     pub(crate) pipelines: Vec<(PropertySet, wgpu::RenderPipeline)>,
-    /// The position of the materials in [`Instantiated::host_groups`].
+    /// The index of the materials in [`Instantiated::host_groups`]; `None` if shaders bind none, or the host binds its
+    /// own groups.
     pub(crate) materials: Option<usize>,
-    /// The index of the objects in [`Instantiated::host_groups`].
+    /// The index of the objects in [`Instantiated::host_groups`]; `None` if shaders bind none, or the host binds its
+    /// own groups.
     pub(crate) objects: Option<usize>,
-    /// The bind groups that the host fills itself.
+    /// The indices of the bind groups that the host creates and binds itself.
     pub(crate) own_groups: Vec<u32>,
     /// The pipeline that clears a view's texels, if views are kept.
     pub(crate) clear: Option<wgpu::RenderPipeline>,
-    /// The copy that moves the part of a view that stays visible, if that is enabled.
+    /// The copy that shifts the still visible texels of a moved view; `None` if scrolling is off or impossible.
     pub(crate) scroll: Option<Scroll>,
-    /// The copy of the texels that a view is drawn over, and the position of the pass that keeps them, if one does.
+    /// The copy of a base texture that views are drawn over. The number is the index of the pass that keeps the base's
+    /// views; `None` if no pass keeps them.
     pub(crate) over: Option<(Scroll, Option<usize>)>,
-    /// The value that `clear` writes to the texels of a view.
+    /// The depth that `clear` writes to the texels of a view.
     pub(crate) clear_depth: Live<Depth>,
-    /// Whether shaders read the matrix of the view; otherwise it does not determine the drawn texels.
+    /// Whether the shader reads the view's matrix `clip_from_world`, so that the bounds of meshes limit the texels that
+    /// draws can cover.
     pub(crate) is_placed: bool,
 }
 
-/// Whether the shader of a scene draw has the matrix of the view in its block.
+/// Returns `true` if the block `view` of a scene draw's shader contains the matrix `clip_from_world`.
 fn is_placed(plan: &Plan, scene: &SceneDraw) -> bool {
     let matrix = View::shape().values.iter().position(|value| value.name == "clip_from_world");
     let program = plan.pipeline.program(scene.program);
@@ -141,10 +146,10 @@ fn is_placed(plan: &Plan, scene: &SceneDraw) -> bool {
 }
 
 impl Instantiated {
-    /// Instantiates a plan.
+    /// Instantiates a plan, and reuses textures and buffers of the plan `before` it.
     ///
     /// # Errors
-    /// More blocks than a buffer of the device can hold.
+    /// Uniform and storage blocks that need more bytes than a buffer of the device can have.
     pub(crate) fn new(
         creation: &mut Creation<'_>,
         limits: &wgpu::Limits,
@@ -306,7 +311,7 @@ impl Instantiated {
         }
     }
 
-    /// The bind groups that the module fills.
+    /// Returns the bind groups of a pass that the executor fills: all but those of the host's materials and objects.
     fn groups(
         &mut self,
         creation: &mut Creation<'_>,
@@ -376,7 +381,7 @@ impl Instantiated {
 }
 
 impl InstantiatedPass {
-    /// Updates all passes from the live values of the frame.
+    /// Updates constants, workgroup counts, draw counts and clear values of the pass from the live values of the frame.
     pub(crate) fn update(&mut self, values: &[Value]) {
         self.constants.reference.iter_mut().for_each(|reference| reference.update(values));
         self.constants.blend.iter_mut().for_each(|blend| blend.update(values));
@@ -398,7 +403,7 @@ impl InstantiatedPass {
 }
 
 impl InstantiatedWork {
-    /// The attachments of a pass that takes one render pass.
+    /// The attachments of a pass that is recorded as exactly one render pass; `None` for other passes.
     fn flat_attachments(&mut self) -> Option<&mut Attachments> {
         match self {
             InstantiatedWork::Fullscreen { attachments, .. }
@@ -410,7 +415,7 @@ impl InstantiatedWork {
     }
 }
 
-/// Lets passes be recorded into the render pass of the first.
+/// Merges `followers` into the render pass of `leader`, unless one of these passes is not exactly one render pass.
 fn join(leader: &mut InstantiatedPass, followers: &mut [InstantiatedPass]) {
     let Some(attachments) = leader.work.flat_attachments() else { return };
     if followers.iter_mut().any(|follower| follower.work.flat_attachments().is_none()) {
@@ -427,7 +432,7 @@ fn join(leader: &mut InstantiatedPass, followers: &mut [InstantiatedPass]) {
     leader.merged = 1 + followers.len();
 }
 
-/// The position of the pass that keeps what it draws into a texture.
+/// Returns the index of the pass that keeps views in a depth texture from frame to frame; `None` if there is none.
 fn keeper(plan: &Plan, texture: ResourceHandle) -> Option<usize> {
     let mut works = plan.passes.iter().map(|planned| plan.pipeline.pass(planned.handle).work());
     works.position(|work| redraw::kept(work).is_some_and(|(.., depth)| depth == texture))
@@ -441,7 +446,8 @@ fn position(list: &mut Vec<HostGroups>, new: HostGroups) -> usize {
     })
 }
 
-/// A bind group of the host's as a program sees it, if it has bindings there.
+/// Returns the layout and the binding names of a host's bind group in a program; `None` if the program has no bindings
+/// in it.
 fn host_layout(program: &Program, layouts: &Layouts, index: u32) -> Option<HostLayout> {
     let bindings = program.bindings.iter().filter(|binding| binding.group == index);
     let bindings = bindings.map(|binding| (binding.entry.binding, binding.name.clone())).collect();

@@ -8,7 +8,8 @@ use umbragraph_pipeline::diagnostic::{Diagnostic, Diagnostics, codes};
 use umbragraph_pipeline::expression::Value;
 use umbragraph_pipeline::language::ParameterType;
 
-/// The handle of a live parameter of a plan, with the Rust type of its values ([`crate::Executor::parameter`]).
+/// The handle of a live parameter, which can change between frames without a new plan. `T` is the Rust type of its
+/// values. Returned by [`crate::Executor::parameter`].
 #[derive(Debug)]
 pub struct Parameter<T> {
     pub(crate) at: usize,
@@ -140,10 +141,11 @@ impl<T: ParameterValue> Parameter<T> {
 }
 
 impl Instantiated {
-    /// Lets passes take over the parameters that have changed.
+    /// Applies changed live parameters to the passes and their blocks. Passes that keep views and depend on a changed
+    /// parameter draw them again.
     ///
     /// # Errors
-    /// Values that loading or planning would reject; the ones before hold then.
+    /// Values that loading or planning would reject; the previous values then stay in effect.
     pub(crate) fn apply_parameters(&mut self) -> Result<(), Diagnostics> {
         let Self { parameters, cpu_passes, passes, blocks, plan, kept, keepers, .. } = self;
         let mut set = |at: usize, values: &[Value], packed: &[PackedBlock]| {

@@ -19,32 +19,33 @@ use umbragraph_pipeline::pipeline::{Program, ProgramVariant};
 use umbragraph_pipeline::shader::Stage;
 use umbragraph_pipeline::work::{BufferDraw, RenderWork, ResourceHandle, SceneDraw, SlotSource, Work};
 
-/// The layouts of a program: of its bind groups, `None` for a group without bindings, and of its pipelines.
+/// The bind group layouts and the pipeline layout of a program. The index in `groups` is the bind group; `None` is a
+/// group without bindings.
 pub(crate) struct Layouts {
     pub(crate) groups: Vec<Option<wgpu::BindGroupLayout>>,
     pub(crate) pipeline: wgpu::PipelineLayout,
 }
 
 impl Layouts {
-    /// The layout of a bind group, if the program has bindings there.
+    /// The layout of the bind group at an index; `None` if the program has no bindings in it.
     pub(crate) fn group(&self, index: u32) -> Option<&wgpu::BindGroupLayout> {
         self.groups.get(index as usize)?.as_ref()
     }
 }
 
-/// Makes the pipelines of one pass.
+/// Creates the layouts and pipelines of one pass.
 pub(crate) struct Pipelines<'a, 'c> {
     pub(crate) creation: &'a mut Creation<'c>,
     pub(crate) objects: &'a mut Objects,
     pub(crate) plan: &'a Plan,
-    /// The pass's name.
+    /// The name of the pass, used as the label of its objects.
     pub(crate) name: &'a str,
     pub(crate) program: &'a Program,
 }
 
 impl Pipelines<'_, '_> {
-    /// The layouts of the program as a pass with this work binds it; `host` is the interface of the meshes that it
-    /// draws.
+    /// Creates the layouts of the program for a pass with this work. `host` is the layout of the host's meshes that the
+    /// pass draws; `None` if it draws none.
     pub(crate) fn layouts(&mut self, work: &Work, host: Option<&HostInterface>) -> Layouts {
         let views = blocks::slots(work).iter().filter(|slot| matches!(slot.source, SlotSource::View));
         let views: BTreeSet<(u32, u32)> = views.map(|slot| (slot.group, slot.binding)).collect();
@@ -83,7 +84,7 @@ impl Pipelines<'_, '_> {
         Layouts { groups, pipeline }
     }
 
-    /// The pipeline of a compute pass.
+    /// Creates the pipeline of a compute pass.
     pub(crate) fn compute(&mut self, layouts: &Layouts) -> Option<wgpu::ComputePipeline> {
         let variant = self.program.variants.first()?;
         let key = ComputeKey {
@@ -95,7 +96,7 @@ impl Pipelines<'_, '_> {
         Some(self.objects.compute_pipeline(self.creation, self.name, key))
     }
 
-    /// The pipeline of a pass that covers its attachments.
+    /// Creates the pipeline of a full-screen pass: one triangle over all texels of its attachments.
     pub(crate) fn fullscreen(
         &mut self,
         render: &RenderWork,
@@ -105,7 +106,7 @@ impl Pipelines<'_, '_> {
         Some(self.render(render, variant, layouts, Vec::new(), Primitive::default()))
     }
 
-    /// The pipeline of a pass that draws from the pipeline's own buffers.
+    /// Creates the pipeline of a pass that draws vertices from buffers of the render graph.
     pub(crate) fn buffers(
         &mut self,
         render: &RenderWork,
@@ -124,7 +125,7 @@ impl Pipelines<'_, '_> {
         Some(self.render(render, variant, layouts, buffers.collect(), primitive))
     }
 
-    /// The pipelines of a pass that draws the host's meshes, by the properties of meshes.
+    /// Creates the pipelines of a pass that draws the host's meshes, one for each property set of the host's interface.
     pub(crate) fn scene(
         &mut self,
         render: &RenderWork,
@@ -144,7 +145,8 @@ impl Pipelines<'_, '_> {
         pipelines
     }
 
-    /// The pipeline that clears the texels of a view that a pass keeps.
+    /// Creates the pipeline that clears the depth of one view; `None` if the pass does not keep views from frame to
+    /// frame.
     pub(crate) fn clear(&mut self, render: &RenderWork, scene: &SceneDraw) -> Option<wgpu::RenderPipeline> {
         scene.redraw.as_ref()?;
         let depth = self.plan.resource(render.depth.as_ref()?.to.resource)?;
@@ -205,7 +207,8 @@ impl Pipelines<'_, '_> {
     }
 }
 
-/// The host's vertex buffers with the attributes that a variant reads; `None` for a buffer without any.
+/// Returns the layouts of the host's vertex buffers, with the attributes that a shader variant reads. `None` is a
+/// buffer of which the variant reads nothing; such buffers at the end of the list are left out.
 fn vertex_buffers(
     variant: &ProgramVariant,
     interface: &HostInterface,

@@ -21,13 +21,13 @@ use umbragraph_pipeline::draw::HostInterface;
 #[derive(Clone)]
 pub struct PlanPreparer {
     pub(crate) device: wgpu::Device,
-    /// The objects that executors share.
+    /// The cache of shader modules, layouts, pipelines and samplers that executors share.
     pub(crate) objects: Arc<Mutex<Objects>>,
-    /// The storage that the executor's draw source has declared.
+    /// The mesh layouts that the executor's draw sources have declared, by geometry contract.
     pub(crate) stated: Arc<Stated>,
 }
 
-/// A plan whose pipelines are created ([`Executor::set_prepared_plan`](crate::Executor::set_prepared_plan)).
+/// A plan whose pipelines exist on the device, for [`Executor::set_prepared_plan`](crate::Executor::set_prepared_plan).
 pub struct PreparedPlan {
     pub(crate) plan: Arc<Plan>,
     pub(crate) late: Caught,
@@ -36,15 +36,16 @@ pub struct PreparedPlan {
 }
 
 impl PreparedPlan {
-    /// The counts of objects that were created for it.
+    /// The counts of the device objects that the preparation created.
     pub fn statistics(&self) -> Statistics {
         self.statistics
     }
 }
 
 impl PlanPreparer {
-    /// Creates everything that a plan needs except its textures and buffers. Without a draw source, meshes have the
-    /// layouts that the executor's draw source declared.
+    /// Creates the shader modules, layouts, pipelines and samplers of a plan in the cache that the executor shares. Its
+    /// textures and buffers are created only as a check, and dropped. Without a draw source, the mesh layouts are those
+    /// that the executor's draw sources declared.
     ///
     /// # Errors
     /// As of [`Executor::new`](crate::Executor::new).
@@ -54,7 +55,7 @@ impl PlanPreparer {
         Ok(PreparedPlan { plan, late, statistics, stated: made.stated })
     }
 
-    /// Checks a plan against the device and the host, and instantiates it.
+    /// Checks a plan against the device and the host's mesh layouts, and instantiates it.
     pub(crate) fn instantiate(
         &self,
         statistics: &mut Statistics,

@@ -12,7 +12,7 @@ use umbragraph_pipeline::pipeline::{Pass, Program, check_host};
 use umbragraph_pipeline::shader::Stage;
 use umbragraph_pipeline::work::{RenderWork, SceneDraw, SlotSource, Work};
 
-/// The requirements of a plan that the device does not meet.
+/// Returns an error for each requirement of a plan that the device does not meet.
 pub(crate) fn check_device(plan: &Plan, device: &wgpu::Device) -> Diagnostics {
     let check = DeviceCheck { plan, limits: device.limits(), features: device.features() };
     let mut diagnostics = Diagnostics::new();
@@ -75,7 +75,7 @@ impl DeviceCheck<'_> {
         }
     }
 
-    /// Groups, blocks and textures that the shader binds.
+    /// Checks the number of bind groups, the sizes of blocks and the filtered textures that the shader of a pass binds.
     fn bindings(&self, pass: &Pass, diagnostics: &mut Diagnostics) {
         let Some(program) = pass.work().program() else { return };
         let program = self.plan.pipeline.program(program);
@@ -185,7 +185,7 @@ impl DeviceCheck<'_> {
     }
 }
 
-/// Whether the host's meshes fit every shader that draws them.
+/// Returns the errors of the host's mesh layouts and filters for the passes that draw meshes; empty if all fit.
 pub(crate) fn check_source(plan: &Plan, device: &wgpu::Device, host: Host<'_>) -> Diagnostics {
     let mut diagnostics = Diagnostics::new();
     for (pass, scene) in scenes(plan) {
@@ -210,13 +210,14 @@ pub(crate) fn check_source(plan: &Plan, device: &wgpu::Device, host: Host<'_>) -
     diagnostics
 }
 
-/// A pass that draws meshes where there are none.
+/// Returns the error for a pass that draws meshes although the host has no draw source.
 pub(crate) fn lacks_source(pass: &Pass) -> Diagnostic {
     let message = format!("\"{}\" draws meshes, but the host gave none", pass.name);
     at(pass, codes::HOST_INTERFACE, message, "give the executor a draw source")
 }
 
-/// Whether the host knows which of its meshes a pass wants.
+/// Returns an error if the filter of a pass is not in the host's list of filters; `None` if it is, or if the host has
+/// no list.
 fn check_filter(pass: &Pass, scene: &SceneDraw, filters: &HostFilters) -> Option<Diagnostic> {
     let HostFilters::Words(filters) = filters else { return None };
     if filters.contains(&scene.filter) {
@@ -226,7 +227,7 @@ fn check_filter(pass: &Pass, scene: &SceneDraw, filters: &HostFilters) -> Option
     Some(at(pass, codes::UNKNOWN_FILTER, message, format!("it knows {}", list_of(filters))))
 }
 
-/// The passes that draw the host's meshes.
+/// The passes that draw the host's meshes, with the settings of their draws.
 pub(crate) fn scenes(plan: &Plan) -> impl Iterator<Item = (&Pass, &SceneDraw)> {
     plan.passes.iter().filter_map(|planned| {
         let pass = plan.pipeline.pass(planned.handle);
@@ -234,7 +235,8 @@ pub(crate) fn scenes(plan: &Plan) -> impl Iterator<Item = (&Pass, &SceneDraw)> {
     })
 }
 
-/// Dynamic offsets are multiples of what the device says.
+/// Returns an error for each block of objects whose stride in bytes is no multiple of the device's alignment of dynamic
+/// offsets.
 fn check_strides(pass: &Pass, interface: &HostInterface, limits: &wgpu::Limits) -> Vec<Diagnostic> {
     let alignment =
         limits.min_uniform_buffer_offset_alignment.max(limits.min_storage_buffer_offset_alignment).max(1);

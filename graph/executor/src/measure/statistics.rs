@@ -42,7 +42,7 @@ impl std::ops::AddAssign for Statistics {
     }
 }
 
-/// The draws of the host's meshes by a pass in one record.
+/// The counts of one record for a pass that draws the host's meshes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct PassCounts {

@@ -13,15 +13,15 @@ use std::time::{Duration, Instant};
 /// A point in time; `None` if measuring is off or there is no clock.
 pub(crate) type Moment = Option<Instant>;
 
-/// Times of the passes of a plan by their positions.
+/// The CPU times of the passes of one record, by pass index in the plan.
 #[derive(Default)]
 pub(crate) struct Times {
     is_on: bool,
-    /// Preparing and uploading.
+    /// The time for preparing bind groups and uploading blocks.
     pub(crate) preparation: Duration,
-    /// The times by position; none if measuring is off.
+    /// The time of each pass; empty if measuring is off.
     pub(crate) passes: Vec<Duration>,
-    /// The start of each pass, measured from the reset.
+    /// The start of each pass, measured from the reset at the begin of the record.
     pub(crate) starts: Vec<Duration>,
     began: Moment,
 }

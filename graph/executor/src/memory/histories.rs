@@ -18,7 +18,7 @@ use umbragraph_compiler::Switches;
 use umbragraph_compiler::{InitialValue, Physical, Plan};
 use umbragraph_pipeline::work::{PassHandle, ResourceHandle};
 
-/// The histories of a plan.
+/// The histories of a plan: resources whose contents of earlier frames remain readable.
 #[derive(Default)]
 pub(crate) struct Histories {
     list: Vec<History>,
@@ -41,15 +41,15 @@ struct History {
     writers: Vec<PassHandle>,
 }
 
-/// One frame of a history; its object changes with each record.
+/// One frame of a history, by its age. The texture or buffer that holds it changes with each record.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Turn {
-    /// The position of the history.
+    /// The index of the history in [`Histories`].
     pub(crate) history: usize,
     back: usize,
 }
 
-/// The initialisation of a copy before the first pass.
+/// A command that sets one copy of a history to its initial value, recorded before the first pass.
 enum Clear {
     Color(wgpu::TextureView, Option<u32>, wgpu::Color),
     Depth(wgpu::TextureView, f32),
@@ -58,7 +58,8 @@ enum Clear {
 }
 
 impl Histories {
-    /// The histories of a plan; a history of the previous plan continues if all of its copies do.
+    /// Creates the histories of a plan. A history of the previous plan continues if all of its textures or buffers are
+    /// reused.
     pub(crate) fn new(plan: &Plan, textures: &Textures, before: Option<(&Self, &Textures)>) -> Self {
         let list = plan.histories.iter().map(|(name, planned)| {
             let places = planned.places.clone();
@@ -84,19 +85,19 @@ impl Histories {
         Self { list: list.collect(), clears: Vec::new() }
     }
 
-    /// The frame that a resource is of a history; `None` for a resource that has none.
+    /// Returns the frame of a history that a resource refers to; `None` for a resource without history.
     pub(crate) fn turn(&self, plan: &Plan, resource: ResourceHandle) -> Option<Turn> {
         let history = plan.pipeline.resource(resource).history?;
         let at = self.list.iter().position(|known| known.resource == history.of)?;
         Some(Turn { history: at, back: history.back as usize })
     }
 
-    /// The places of a history's copies.
+    /// The textures or buffers of a history in the plan, one for each copy; empty for an unknown history.
     pub(crate) fn places(&self, turn: Turn) -> &[Physical] {
         self.list.get(turn.history).map(|history| history.places.as_slice()).unwrap_or_default()
     }
 
-    /// The position among the places of what stands for a frame in this record.
+    /// Returns the index in `places` of the texture or buffer that holds a frame in the current record.
     pub(crate) fn position(&self, turn: Turn) -> usize {
         self.list.get(turn.history).map_or(0, |history| {
             let count = history.places.len().max(1);
@@ -110,7 +111,7 @@ impl Histories {
         self.list.get(history).map_or(0, |history| history.moved)
     }
 
-    /// Moves the copies on by one frame, of each history that the last record wrote.
+    /// Begins a record: rotates the copies of each history that the last record wrote.
     pub(crate) fn advance(&mut self, plan: &Plan, switches: &Switches) {
         for history in &mut self.list {
             history.before = (history.moved, history.written);
@@ -136,7 +137,7 @@ impl Histories {
         }
     }
 
-    /// Creates what clearing needs, if something has to be cleared.
+    /// Creates the views and buffers that clear new and reset histories.
     pub(crate) fn prepare(&mut self, creation: &mut Creation<'_>, queue: &wgpu::Queue, textures: &Textures) {
         self.clears.clear();
         for history in self.list.iter().filter(|history| history.is_fresh) {
@@ -169,7 +170,7 @@ impl Histories {
         }
     }
 
-    /// Clears what has to be cleared.
+    /// Records the clears of new and reset histories.
     pub(crate) fn record(&mut self, encoder: &mut wgpu::CommandEncoder) {
         for clear in self.clears.drain(..) {
             match clear {
@@ -212,7 +213,7 @@ fn cleared_to<V>(value: V) -> wgpu::Operations<V> {
     wgpu::Operations { load: wgpu::LoadOp::Clear(value), store: wgpu::StoreOp::Store }
 }
 
-/// The live passes that write a resource.
+/// The passes of the plan that write a resource.
 fn writers(plan: &Plan, resource: ResourceHandle) -> Vec<PassHandle> {
     let writes = |pass: &PassHandle| plan.writes(*pass, resource);
     plan.passes.iter().map(|planned| planned.handle).filter(writes).collect()

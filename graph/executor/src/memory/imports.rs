@@ -18,8 +18,8 @@ use umbragraph_pipeline::diagnostic::Diagnostic;
 use umbragraph_pipeline::language::TextureShape;
 use umbragraph_pipeline::work::{ResourceHandle, TextureView};
 
-/// A texture of the host's that is imported as a resource, or a part of one: a mip level, an array layer or cube face.
-/// The part may have another format if the texture lists it among its view formats.
+/// A texture of the host's, or a part of it, that is imported as a resource. A part is a mip level, an array layer or a
+/// cube face. The import may have another format if the texture lists that format among its view formats.
 ///
 /// Plans and frames take imports in the same form: `("detail", Import::mip(&texture, 2))`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,7 +28,7 @@ pub struct Import<'a> {
     pub(crate) part: Part,
 }
 
-/// The part of a texture that an import stands for.
+/// The imported part of a texture. `None` imports all mip levels, all layers, or the format of the texture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Part {
     mip: Option<u32>,
@@ -42,7 +42,7 @@ impl<'a> Import<'a> {
         Self { texture, part: Part::default() }
     }
 
-    /// Imports one mip level; 0 is the finest.
+    /// Imports one mip level; 0 is the largest.
     pub fn mip(texture: &'a wgpu::Texture, mip: u32) -> Self {
         Self { texture, part: Part { mip: Some(mip), ..Part::default() } }
     }
@@ -115,7 +115,7 @@ enum List<'a> {
 }
 
 impl<'a> FrameImports<'a> {
-    /// The imports in the order in which they are given.
+    /// The names and imports, in the order of the list.
     pub fn iter(self) -> impl ExactSizeIterator<Item = (&'a str, Import<'a>)> {
         let count = match self.0 {
             List::Textures(list) => list.len(),
@@ -138,7 +138,7 @@ impl Default for FrameImports<'_> {
     }
 }
 
-/// A list as a slice, an array or a vector.
+/// Implements conversions from a slice, an array or a vector of names with textures or imports.
 macro_rules! lists {
     ($($kind:ident: $item:ty),*) => {$(
         impl<'a> From<&'a [(&'a str, $item)]> for FrameImports<'a> {
@@ -209,11 +209,11 @@ impl Importable for wgpu::Buffer {
     }
 }
 
-/// A texture or a buffer that was given by handle.
+/// A texture or buffer that was passed to [`Executor::give`](crate::Executor::give).
 #[derive(Clone, Debug)]
 pub struct Given(pub(crate) Kept);
 
-/// A texture with its part, or a buffer, until another is given.
+/// A texture with its imported part, or a buffer, that stays set until the host replaces it.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Kept {
     Texture(wgpu::Texture, Part),
@@ -221,7 +221,7 @@ pub(crate) enum Kept {
 }
 
 impl Kept {
-    /// The texture as an import.
+    /// The texture as an import; `None` for a buffer.
     pub(crate) fn import(&self) -> Option<Import<'_>> {
         match self {
             Self::Texture(texture, part) => Some(Import { texture, part: *part }),
@@ -229,7 +229,7 @@ impl Kept {
         }
     }
 
-    /// The buffer.
+    /// The buffer; `None` for a texture.
     pub(crate) fn buffer(&self) -> Option<&wgpu::Buffer> {
         match self {
             Self::Texture(..) => None,
@@ -238,8 +238,8 @@ impl Kept {
     }
 }
 
-/// A texture as a plan wants it of the host, by the name of the import, that the host can use for `more` besides. Views
-/// in another format are possible where the plan has them. `None` where the plan imports no texture of this name.
+/// Creates a texture for the import `name`, with the size, format, view format and usages that the plan requires, and
+/// the usages `more`. Returns `None` if the plan imports no texture of this name.
 pub fn imported_texture(
     device: &wgpu::Device,
     plan: &Plan,
@@ -262,14 +262,14 @@ pub fn imported_texture(
     }))
 }
 
-/// The number of frames for which a view of a texture is kept that the host no longer gives.
+/// The number of frames after its last use for which a view of a host's texture is kept.
 const KEPT_FRAMES: u64 = 4;
 
-/// The host's own textures.
+/// The host's textures and buffers that a plan imports, and views of these textures.
 pub(crate) struct Imports {
     imports: Vec<Imported>,
     views: Vec<ImportView>,
-    /// The objects that the host gave ahead of frames, by resource name; those for earlier plans stay.
+    /// The objects that the host set with `Executor::give`, by resource name, including imports of earlier plans.
     kept: BTreeMap<String, Kept>,
     id: u64,
 }
@@ -280,7 +280,7 @@ struct Imported {
     is_texture: bool,
     current: Option<(wgpu::Texture, Part)>,
     buffer: Option<wgpu::Buffer>,
-    /// The textures of the last few frames, with the frame that had them last.
+    /// The textures of the last few frames, with the number of the frame that last used them.
     seen: Vec<(wgpu::Texture, u64)>,
 }
 
@@ -288,7 +288,7 @@ struct ImportView {
     import: usize,
     view: TextureView,
     known: Vec<Known>,
-    /// The position among the known ones in this frame.
+    /// The index in `known` of the view for the current frame.
     current: usize,
 }
 
@@ -299,16 +299,16 @@ struct Known {
     used: u64,
 }
 
-/// Names one view of one of the host's textures.
+/// The index of a view of an imported texture in `Imports::views`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct ImportedView(usize);
 
-/// Names one of the host's textures or buffers.
+/// The index of an imported texture or buffer in `Imports::imports`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct ImportedTexture(usize);
 
 impl Imports {
-    /// The imports of a plan, none of them given yet.
+    /// Creates the imports of a plan, still without textures or buffers.
     pub(crate) fn new(plan: &Plan) -> Self {
         let mut hasher = DefaultHasher::new();
         let imports = plan.imports().map(|(name, resource)| {
@@ -326,18 +326,18 @@ impl Imports {
         Self { imports, views: Vec::new(), kept: BTreeMap::new(), id: hasher.finish() }
     }
 
-    /// A number that is the same for plans with the same imports: handles are good for these.
+    /// A hash of the names and types of the imports. Handles are valid for all plans with the same hash.
     pub(crate) fn id(&self) -> u64 {
         self.id
     }
 
-    /// The import of a name, if it is a texture, or a buffer.
+    /// Returns the import with a name, if it is a texture (`is_texture`) or a buffer as requested.
     pub(crate) fn named(&self, name: &str, is_texture: bool) -> Option<ImportedTexture> {
         let at = self.imports.iter().position(|one| one.name == name && one.is_texture == is_texture);
         at.map(ImportedTexture)
     }
 
-    /// The name of the resource of an import.
+    /// The resource name of an import.
     pub(crate) fn name(&self, import: ImportedTexture) -> Option<&str> {
         self.imports.get(import.0).map(|import| import.name.as_str())
     }
@@ -347,7 +347,7 @@ impl Imports {
         self.imports.iter().position(|import| import.resource == resource).map(ImportedTexture)
     }
 
-    /// Asks for a view in each frame.
+    /// Registers a texture view that passes need in each frame; `None` if its resource is not imported.
     pub(crate) fn want(&mut self, view: TextureView) -> Option<ImportedView> {
         let import = self.find(view.resource)?.0;
         let known = self.views.iter().position(|wanted| wanted.view == view);
@@ -357,12 +357,12 @@ impl Imports {
         })))
     }
 
-    /// The import of a frame: of those that it gives, or else the one that was given by handle.
+    /// Returns the texture of an import for one frame: from the frame's own list, or else as set with `Executor::give`.
     pub(crate) fn of_frame<'a>(&'a self, name: &str, given: FrameImports<'a>) -> Option<Import<'a>> {
         given.find(name).or_else(|| self.kept.get(name)?.import())
     }
 
-    /// Takes the host's textures of a frame.
+    /// Sets the host's textures of a frame, and creates the registered views that do not exist yet.
     ///
     /// # Errors
     /// A texture of another device.
@@ -423,14 +423,14 @@ impl Imports {
         }
     }
 
-    /// The view in this frame.
+    /// The texture view of the current frame; `None` if the host has set no texture.
     pub(crate) fn view(&self, view: ImportedView) -> Option<&wgpu::TextureView> {
         let wanted = self.views.get(view.0)?;
         wanted.known.get(wanted.current).map(|known| &known.view)
     }
 
-    /// Takes a texture or a buffer of the host's until another is given. Whether it is a buffer, and another than
-    /// before.
+    /// Sets the texture or buffer of an import until the host replaces it. Returns `true` if it is a buffer and differs
+    /// from the previous one.
     pub(crate) fn keep(&mut self, import: ImportedTexture, given: Kept) -> bool {
         let Some(imported) = self.imports.get_mut(import.0) else { return false };
         let is_other = given.buffer().is_some() && imported.buffer.as_ref() != given.buffer();
@@ -447,14 +447,15 @@ impl Imports {
         is_other
     }
 
-    /// The buffers that nobody gave by handle, by name, for the draw source to provide.
+    /// The imported buffers, with their names, that were not set with `Executor::give`; the draw source provides them.
     pub(crate) fn open_buffers(&self) -> impl Iterator<Item = (ImportedTexture, &str)> {
         let is_open = |import: &Imported| !import.is_texture && self.kept_buffer(&import.name).is_none();
         let open = self.imports.iter().enumerate().filter(move |(_, import)| is_open(import));
         open.map(|(at, import)| (ImportedTexture(at), import.name.as_str()))
     }
 
-    /// Takes a buffer of the draw source's, or none, for this record and those to come. Whether it is another than before.
+    /// Sets the buffer that the draw source provides for an import, or removes it with `None`. Returns `true` if it
+    /// differs from the previous one.
     pub(crate) fn provide(&mut self, import: ImportedTexture, buffer: Option<&wgpu::Buffer>) -> bool {
         let Some(imported) = self.imports.get_mut(import.0) else { return false };
         let is_other = imported.buffer.as_ref() != buffer;
@@ -464,7 +465,8 @@ impl Imports {
         is_other
     }
 
-    /// Takes over what another plan was given, of buffers those of which `fits` says by name that they are right here.
+    /// Moves the objects that were set with `Executor::give` from the imports of the previous plan. A buffer is used
+    /// only if `fits` returns `true` for its resource name.
     pub(crate) fn go_on_from(&mut self, before: &mut Self, fits: impl Fn(&str, &wgpu::Buffer) -> bool) {
         self.kept = std::mem::take(&mut before.kept);
         for import in &mut self.imports {
@@ -473,22 +475,22 @@ impl Imports {
         }
     }
 
-    /// The buffer that was given for a resource of this name, whether it fits or not.
+    /// The buffer that was set with `Executor::give` for a resource name, even if the plan cannot use it.
     pub(crate) fn kept_buffer(&self, name: &str) -> Option<&wgpu::Buffer> {
         self.kept.get(name)?.buffer()
     }
 
-    /// The imported buffer of a resource.
+    /// The host's buffer of an imported resource; `None` if the host has provided none.
     pub(crate) fn buffer_of(&self, resource: ResourceHandle) -> Option<&wgpu::Buffer> {
         self.buffer(self.find(resource)?)
     }
 
-    /// The buffer.
+    /// The host's buffer of an import; `None` if the host has provided none.
     pub(crate) fn buffer(&self, buffer: ImportedTexture) -> Option<&wgpu::Buffer> {
         self.imports.get(buffer.0)?.buffer.as_ref()
     }
 
-    /// The texture in this frame.
+    /// The host's texture of an import in the current frame; `None` if the host has given none.
     pub(crate) fn texture(&self, texture: ImportedTexture) -> Option<&wgpu::Texture> {
         self.imports.get(texture.0)?.current.as_ref().map(|(texture, _)| texture)
     }

@@ -16,7 +16,7 @@ use crate::objects::creation::Creation;
 /// The number of records after which an unused buffer is dropped.
 const KEPT_RECORDS: u64 = 256;
 
-/// Buffers for blocks.
+/// A pool of buffers for uniform and storage blocks, of which each record in flight has its own.
 #[derive(Default)]
 pub(crate) struct Pool {
     buffers: Vec<Pooled>,
@@ -38,7 +38,8 @@ impl Drop for GiveBack {
 }
 
 impl Pool {
-    /// Takes a buffer of at least `size` bytes until the GPU has finished the encoder's commands.
+    /// Reserves a buffer of at least `size` bytes until the GPU has finished the encoder's commands. `record` is the
+    /// number of the record.
     pub(crate) fn take(
         &mut self,
         creation: &mut Creation<'_>,

@@ -23,14 +23,15 @@ pub struct Texels {
     pub layers: u32,
     /// The number of channels of the format: 1 to 4.
     pub channels: usize,
-    /// Red, green, blue and alpha as a shader reads them, depth and stencil as red; 0, 0 and 1 where there is none.
+    /// Red, green, blue and alpha of each texel, as a shader reads them. Depth or stencil is in red; missing colour
+    /// channels are 0, and missing alpha is 1.
     pub values: Vec<[f32; 4]>,
 }
 
-/// Reads the numbers of the first mip level of a texture as [`read_bytes`] reads its bytes.
+/// Reads mip level 0 of a texture as numbers, with the same requirements as [`read_bytes`].
 ///
 /// # Errors
-/// Formats without numbers of their own, several samples, a missing usage, errors of the device.
+/// Compressed and other formats without plain channels; several samples; a missing usage; errors of the device.
 pub async fn read_back(
     device: &wgpu::Device,
     queue: &wgpu::Queue,
@@ -43,14 +44,14 @@ pub async fn read_back(
     Ok(Texels { width, height, layers, channels: layout.channels, values })
 }
 
-/// Reads the bytes of the first mip level of a texture with the usage `COPY_SRC` (`depth24plus`: `TEXTURE_BINDING`),
-/// once everything that was submitted before has run: row by row from the top without gaps, layer by layer; of depth
-/// and stencil the depth.
+/// Reads the bytes of mip level 0 of a texture, after all work that was submitted before: row by row from the top
+/// without gaps, layer by layer. The texture needs the usage `COPY_SRC`, or `TEXTURE_BINDING` for `depth24plus`. Of a
+/// combined depth and stencil format, only the depth is read.
 ///
-/// The future is ready at once except in a browser, which must not block.
+/// The future is ready at once, except in a browser, where the call must not block.
 ///
 /// # Errors
-/// Formats without numbers of their own, several samples, a missing usage, errors of the device.
+/// Compressed and other formats without plain channels; several samples; a missing usage; errors of the device.
 pub async fn read_bytes(
     device: &wgpu::Device,
     queue: &wgpu::Queue,
@@ -75,7 +76,8 @@ pub async fn read_bytes(
     })
 }
 
-/// The rows of a texture without gaps, copied, or of depth read by a compute shader.
+/// Returns the bytes of a texture row by row, without gaps. With `by_shader`, a compute shader reads the depth;
+/// otherwise the texture is copied.
 async fn rows(
     device: &wgpu::Device,
     queue: &wgpu::Queue,
@@ -136,8 +138,8 @@ async fn mapped(device: &wgpu::Device, buffer: &wgpu::Buffer) -> Result<Vec<u8>,
     Ok(bytes.to_vec())
 }
 
-/// Depth, texel by texel, as words of a buffer whose rows have so many words. OpenGL reads depth as any other texture,
-/// and tells one layer from several.
+/// The WGSL source that writes the depth of each texel to a buffer with `row` words per row. `TEXTURE` and `LAYER` are
+/// replaced for one layer or several, which OpenGL distinguishes; depth is read as a texture of `f32`.
 const READ_DEPTH: &str = "
 @group(0) @binding(0) var depth: TEXTURE<f32>;
 @group(0) @binding(1) var<storage, read_write> words: array<f32>;
@@ -236,26 +238,27 @@ struct Layout {
     bytes: u32,
     channels: usize,
     aspect: wgpu::TextureAspect,
-    /// Whether the format can be copied to a buffer.
+    /// Whether the format can be copied to a buffer; otherwise a compute shader reads the depth.
     copied: bool,
-    /// Whether blue precedes red.
+    /// Whether blue is the first channel and red the third.
     is_bgra: bool,
-    /// The packing of channels that share a 32-bit word.
+    /// The packing of channels that share a 32-bit word; `None` if each channel has bytes of its own.
     packed: Option<Packed>,
-    /// The number of a channel, and of the alpha channel.
+    /// The decoders of a colour channel, and of the alpha channel, which is never sRGB-encoded.
     decode: [Decode; 2],
 }
 
-/// Channels of other sizes than bytes.
+/// A format whose channels share one 32-bit word.
 #[derive(Clone, Copy)]
 enum Packed {
-    /// Ten bits each of red, green and blue, two of alpha.
+    /// Unsigned normalised channels: ten bits each for red, green and blue, two for alpha.
     Unorm,
-    /// Eleven bits of red and of green, ten of blue: halves without sign and with a shorter mantissa.
+    /// Floating-point channels without sign: eleven bits each for red and green, ten for blue, with the exponent of
+    /// half floats.
     Float,
 }
 
-/// The number of a channel with as many bytes as it has.
+/// A function from the little-endian bytes of one channel to its number.
 type Decode = fn(&[u8]) -> f32;
 
 impl Layout {
@@ -279,7 +282,8 @@ impl Layout {
         Ok(layout)
     }
 
-    /// The name of a plain format says it: the channels, the bits of each, and what they are.
+    /// Returns the layout of a format, from the channels, bits and number type in its WebGPU name. `None` if the format
+    /// cannot be decoded.
     fn of(format: Format) -> Option<Self> {
         let packed = match format {
             Format::Rgb10a2Unorm => Some((Packed::Unorm, 4)),
@@ -312,7 +316,7 @@ impl Layout {
         })
     }
 
-    /// The numbers of a texel.
+    /// Decodes the bytes of a texel to red, green, blue and alpha.
     fn numbers(&self, bytes: &[u8]) -> [f32; 4] {
         match self.packed {
             Some(Packed::Unorm) => {
@@ -343,7 +347,7 @@ impl Layout {
     }
 }
 
-/// Up to four bytes, the lowest first.
+/// Joins up to four bytes in little-endian order to one word.
 fn word(bytes: &[u8]) -> u32 {
     bytes.iter().rev().fold(0, |word, byte| word << 8 | u32::from(*byte))
 }

@@ -7,7 +7,7 @@ use crate::objects::creation::Creation;
 use umbragraph_compiler::{Physical, Plan, Switches};
 use umbragraph_pipeline::work::{ResourceHandle, TextureView};
 
-/// The textures and buffers of a plan and those of the host.
+/// The textures and buffers of a plan and of the host, and the rotation of histories.
 pub(crate) struct Resources {
     pub(crate) textures: Textures,
     pub(crate) imports: Imports,
@@ -53,7 +53,8 @@ impl<T> Fallbacks<T> {
 }
 
 impl Resources {
-    /// A view of a texture.
+    /// Returns a view of the texture of a resource, created if it does not exist yet; `None` if the resource has no
+    /// texture.
     pub(crate) fn view(
         &mut self,
         creation: &mut Creation<'_>,
@@ -69,7 +70,7 @@ impl Resources {
         standing(histories, plan, view.resource, own, || imports.want(view))
     }
 
-    /// A texture.
+    /// Returns the texture of a resource; `None` if the resource has no texture.
     pub(crate) fn texture(&self, plan: &Plan, resource: ResourceHandle) -> Option<Texture> {
         let own = |place| match place {
             Physical::Texture(index) => self.textures.texture(index).cloned(),
@@ -79,7 +80,7 @@ impl Resources {
         standing(&self.histories, plan, resource, own, || self.imports.find(resource).filter(|_| is_texture))
     }
 
-    /// A buffer.
+    /// Returns the buffer of a resource; `None` if the resource has no buffer on the device.
     pub(crate) fn buffer(&self, plan: &Plan, resource: ResourceHandle) -> Option<Buffer> {
         let own = |place| match place {
             Physical::Buffer(index) => self.textures.buffer(index).cloned(),
@@ -88,7 +89,8 @@ impl Resources {
         standing(&self.histories, plan, resource, own, || self.imports.find(resource))
     }
 
-    /// The object on the device that held a resource in the last record.
+    /// Returns the texture or buffer of the plan that held a resource in the last record; `None` if the plan does not
+    /// use the resource.
     pub(crate) fn physical(&self, plan: &Plan, name: &str) -> Option<Physical> {
         let planned = plan.resources.get(name)?;
         match self.histories.turn(plan, planned.handle) {
@@ -98,7 +100,8 @@ impl Resources {
     }
 }
 
-/// The object of a resource, from an object of the plan or an import.
+/// Returns the object of a resource: all copies of a history, an object of the plan from `own`, or an import from
+/// `imported`.
 fn standing<T, I>(
     histories: &Histories,
     plan: &Plan,
@@ -139,21 +142,21 @@ impl<T, I: Copy> Standing<T, I> {
 }
 
 impl Viewed {
-    /// The view in this frame.
+    /// The view in the current frame; `None` if the host has given no texture.
     pub(crate) fn get<'a>(&'a self, resources: &'a Resources) -> Option<&'a wgpu::TextureView> {
         self.in_frame(resources, Imports::view)
     }
 }
 
 impl Texture {
-    /// The texture in this frame.
+    /// The texture in the current frame; `None` if the host has given none.
     pub(crate) fn get<'a>(&'a self, resources: &'a Resources) -> Option<&'a wgpu::Texture> {
         self.in_frame(resources, Imports::texture)
     }
 }
 
 impl Buffer {
-    /// The buffer in this frame.
+    /// The buffer in the current frame; `None` if the host has given none.
     pub(crate) fn get<'a>(&'a self, resources: &'a Resources) -> Option<&'a wgpu::Buffer> {
         self.in_frame(resources, Imports::buffer)
     }

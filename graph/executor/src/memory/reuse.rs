@@ -12,11 +12,11 @@ use std::hash::Hash;
 /// A texture or buffer of the previous plan or of the new one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Piece<'a, D> {
-    /// The required descriptor.
+    /// The descriptor; objects with equal descriptors are interchangeable.
     pub(crate) descriptor: D,
-    /// The resource whose contents outlive a frame in this object; `None` if there is none.
+    /// The name of the resource whose contents outlive a frame in this object; `None` if no contents outlive a frame.
     pub(crate) keeps: Option<&'a str>,
-    /// Its label.
+    /// The label; an old object with the same label is preferred.
     pub(crate) label: &'a str,
 }
 

@@ -13,7 +13,7 @@ use umbragraph_pipeline::language::{Lifetime, TextureShape};
 use umbragraph_pipeline::pipeline::{Aspect, History, IndexRange, Resource};
 use umbragraph_pipeline::work::TextureView;
 
-/// The textures and buffers of one plan.
+/// The textures and buffers that one plan creates, and views of these textures.
 pub(crate) struct Textures {
     textures: Vec<wgpu::Texture>,
     buffers: Vec<wgpu::Buffer>,
@@ -34,7 +34,7 @@ type TextureKey = (wgpu::TextureFormat, Option<wgpu::TextureFormat>, [u32; 5], b
 type BufferKey = (u64, wgpu::BufferUsages);
 
 impl Textures {
-    /// Creates what the plan before does not have.
+    /// Creates the textures and buffers of a plan, except those that it reuses from the plan `before`.
     pub(crate) fn new(creation: &mut Creation<'_>, plan: &Plan, before: Option<(&Plan, &Self)>) -> Self {
         let none = (Vec::new(), Vec::new());
         let (old_textures, old_buffers) =
@@ -66,7 +66,7 @@ impl Textures {
         Self { textures, buffers, views: HashMap::new() }
     }
 
-    /// Whether the resource at a position is the one at a position of the plan before.
+    /// Returns `true` if the object at `place` is the same as the object at `old` of the previous plan.
     pub(crate) fn is_same(&self, place: Physical, before: &Self, old: Physical) -> bool {
         match (place, old) {
             (Physical::Texture(at), Physical::Texture(old)) => {
@@ -108,14 +108,14 @@ impl Textures {
     }
 }
 
-/// The first resource that something physical stands for.
+/// Returns the declaration of the first resource that is stored in a physical texture or buffer.
 fn declared(plan: &Plan, physical: Physical) -> Option<&Resource> {
     let mut resources = plan.resources.values();
     let resource = resources.find(|resource| resource.physical == physical)?;
     Some(plan.pipeline.resource(resource.handle))
 }
 
-/// The descriptor of a view for wgpu.
+/// Returns the wgpu descriptor of a view of a texture.
 pub(crate) fn view_descriptor<'a>(
     label: &'a str,
     texture: &wgpu::Texture,
@@ -180,7 +180,8 @@ fn buffer_pieces(plan: &Plan) -> Vec<Piece<'_, BufferKey>> {
     pieces.collect()
 }
 
-/// The resources that outlive frames, by what stands for them.
+/// Returns the name of the resource that outlives frames in each physical texture or buffer, including the frames of
+/// histories.
 fn keepers(plan: &Plan) -> BTreeMap<Physical, &str> {
     let outlives = |resource: &PlannedResource| resource.lifetime != Lifetime::Transient;
     let kept = plan.resources.iter().filter(|(_, resource)| outlives(resource));

@@ -7,21 +7,21 @@ use umbragraph_compiler::Switches;
 use umbragraph_compiler::{Plan, PlannedCopy, PlannedPass, TexelOrigin, TexelRows};
 use umbragraph_pipeline::work::{ResourceHandle, Subresource, TransferWork};
 
-/// A buffer of counts, and its fallback.
+/// A buffer of indirect arguments, vertices or indices, and its fallbacks, which toggles select.
 pub(crate) struct Counts {
     buffers: Fallbacks<Buffer>,
-    /// The first byte.
+    /// The byte offset of the arguments in the buffer.
     pub(crate) offset: u64,
 }
 
 impl Counts {
-    /// The counts in a buffer.
+    /// Creates the buffer of indirect arguments, vertices or indices from its resource.
     pub(crate) fn new(resources: &Resources, plan: &Plan, named: &Subresource) -> Self {
         let buffers = Fallbacks::new(plan, named.resource, |one| resources.buffer(plan, one));
         Self { buffers, offset: named.offset() }
     }
 
-    /// The buffer in this frame.
+    /// The buffer that toggles select in the current frame; `None` if the host has not given it.
     pub(crate) fn buffer<'a>(
         &'a self,
         resources: &'a Resources,
@@ -31,7 +31,7 @@ impl Counts {
     }
 }
 
-/// A transfer with everything that it needs on the device.
+/// The copies and clears of a transfer pass, with their textures and buffers on the device.
 pub(crate) struct Transfer {
     source: Option<Fallbacks<End>>,
     destination: End,
@@ -65,7 +65,7 @@ impl End {
 }
 
 impl Transfer {
-    /// A transfer of a plan; `None` where its destination is not on the device.
+    /// Creates the transfer of a planned pass; `None` if its destination has no texture or buffer on the device.
     pub(crate) fn new(
         resources: &Resources,
         plan: &Plan,
@@ -79,7 +79,7 @@ impl Transfer {
         Some(Self { source, destination, copies: planned.copies.clone() })
     }
 
-    /// Records it.
+    /// Records the copies and clears; one whose texture or buffer is missing is skipped.
     pub(crate) fn record(
         &self,
         encoder: &mut wgpu::CommandEncoder,

@@ -25,12 +25,13 @@ pub(crate) struct Creation<'a> {
     device: &'a wgpu::Device,
     statistics: &'a mut Statistics,
     scopes: Option<Scopes>,
-    /// The pass for which objects are created.
+    /// The pass or resource for which objects are created, named in errors.
     site: Site,
     caught: Caught,
 }
 
-/// The place of a pass or a resource in its document, and its name.
+/// The place of a pass or resource in its document, its JSON pointer and its name; `None` if no pass or resource is
+/// known.
 #[derive(Clone, Default)]
 struct Site(Option<(Place, String, String)>);
 
@@ -41,7 +42,7 @@ struct Scopes {
     memory: wgpu::ErrorScopeGuard,
 }
 
-/// Methods that create an object with one of the device's own, and count it.
+/// Defines methods that create an object on the device and count it.
 macro_rules! creates {
     ($($name:ident: $create:ident($descriptor:ident) -> $object:ident, $count:ident;)*) => {$(
         pub(crate) fn $name(&mut self, descriptor: &wgpu::$descriptor<'_>) -> wgpu::$object {
@@ -81,12 +82,12 @@ impl<'a> Creation<'a> {
         self.site = site;
     }
 
-    /// Whether anything was created.
+    /// Returns `true` if an object was created for the current pass or resource.
     pub(crate) fn has_created(&self) -> bool {
         self.scopes.is_some()
     }
 
-    /// The error of a new texture of the host: it belongs to another device.
+    /// Returns an error if a texture of the host belongs to another device.
     pub(crate) fn import_error(
         &mut self,
         queue: &wgpu::Queue,
@@ -115,7 +116,7 @@ impl<'a> Creation<'a> {
         Some(diagnostic.help("give the executor textures of the device that it was made with"))
     }
 
-    /// Closes the error scopes.
+    /// Closes the error scopes, and returns the errors that they caught.
     pub(crate) fn finish(mut self) -> Caught {
         self.close();
         self.caught
@@ -191,7 +192,7 @@ impl<'a> Creation<'a> {
     }
 }
 
-/// The diagnostic of a lost device.
+/// Returns an error if the device is lost.
 pub(crate) fn lost(device: &wgpu::Device) -> Option<Diagnostic> {
     // A device that a browser has lost maps memory all the same.
     let probe = device.create_buffer(&wgpu::BufferDescriptor {
@@ -207,7 +208,7 @@ pub(crate) fn lost(device: &wgpu::Device) -> Option<Diagnostic> {
     })
 }
 
-/// The outcome of one error scope.
+/// A future with the error that one error scope caught; `None` if it caught none.
 trait Outcome: Future<Output = Option<wgpu::Error>> + wgpu::WasmNotSend {}
 
 impl<T: Future<Output = Option<wgpu::Error>> + wgpu::WasmNotSend> Outcome for T {}
@@ -216,13 +217,13 @@ impl<T: Future<Output = Option<wgpu::Error>> + wgpu::WasmNotSend> Outcome for T 
 #[derive(Default)]
 pub(crate) struct Caught {
     known: Diagnostics,
-    /// Only a browser tells later.
+    /// The error scopes whose outcome the browser has not reported yet.
     #[cfg(target_arch = "wasm32")]
     late: Vec<(Site, Pin<Box<dyn Outcome>>)>,
 }
 
 impl Caught {
-    /// Adds the outcome of a scope.
+    /// Adds the error of a scope, if it caught one.
     fn add(&mut self, site: Site, mut outcome: Pin<Box<dyn Outcome>>) {
         match outcome.as_mut().poll(&mut Context::from_waker(Waker::noop())) {
             Poll::Ready(error) => self.known.extend(error.map(|error| diagnostic(&error, &site))),
@@ -233,7 +234,7 @@ impl Caught {
         }
     }
 
-    /// The errors that are known by now; the rest stays.
+    /// Takes the errors that are known by now; pending outcomes stay.
     pub(crate) fn known(&mut self) -> Diagnostics {
         #[cfg(target_arch = "wasm32")]
         for (site, outcome) in std::mem::take(&mut self.late) {
@@ -242,7 +243,7 @@ impl Caught {
         std::mem::take(&mut self.known)
     }
 
-    /// Adds what another creation caught.
+    /// Adds the errors that another creation caught.
     pub(crate) fn append(&mut self, other: Self) {
         self.known.extend(other.known);
         #[cfg(target_arch = "wasm32")]
@@ -290,7 +291,7 @@ pub(crate) fn causes(error: &wgpu::Error) -> String {
     if texts.is_empty() { error.to_string() } else { texts.join(": ") }
 }
 
-/// Rejects diagnostics with an error among them.
+/// Returns all diagnostics as `Err` if one of them is an error; otherwise drops them.
 pub(crate) fn reject(diagnostics: Diagnostics) -> Result<(), Diagnostics> {
     if diagnostics.has_errors() { Err(diagnostics) } else { Ok(()) }
 }

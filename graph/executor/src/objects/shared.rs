@@ -9,7 +9,7 @@ use super::creation::Creation;
 use umbragraph_pipeline::shader::ShaderModule;
 use umbragraph_pipeline::work::{Filter, Sampler};
 
-/// The objects of the current plan, and of some before it.
+/// The cache of shader modules, samplers, layouts and pipelines of the current plan and of recent ones.
 #[derive(Default)]
 pub(crate) struct Objects {
     /// The generation of the current attempt to instantiate a plan.
@@ -24,7 +24,7 @@ pub(crate) struct Objects {
     compute_pipelines: Cache<ComputeKey, wgpu::ComputePipeline>,
 }
 
-/// A vertex buffer: its stride, what its elements belong to, and its attributes.
+/// The layout of a vertex buffer: stride in bytes, step mode and attributes.
 pub(crate) type VertexBufferKey = (u64, wgpu::VertexStepMode, Vec<wgpu::VertexAttribute>);
 
 /// The state of a render pipeline without its label: the key of the cache.
@@ -33,7 +33,7 @@ pub(crate) struct RenderKey {
     pub(crate) layout: wgpu::PipelineLayout,
     pub(crate) module: wgpu::ShaderModule,
     pub(crate) vertex: Option<String>,
-    /// The fragment entry point, if there is one.
+    /// The fragment entry point; `None` for a pipeline without a fragment stage.
     pub(crate) fragment: Option<String>,
     /// Pipeline-overridable constants: names, and the bits of their values.
     pub(crate) constants: Vec<(String, u64)>,
@@ -45,7 +45,8 @@ pub(crate) struct RenderKey {
 }
 
 impl RenderKey {
-    /// The key of a pipeline that writes depth only, without a depth test, by a triangle without buffers.
+    /// Creates the key of a pipeline that draws triangles without vertex buffers, and writes only depth, without a
+    /// depth test.
     pub(crate) fn depth_alone(
         layout: wgpu::PipelineLayout,
         module: wgpu::ShaderModule,
@@ -75,13 +76,13 @@ impl RenderKey {
     }
 }
 
-/// The primitive topology.
+/// The primitive state of a render pipeline: topology, culling and strip indices.
 #[derive(Clone, Copy, Default, PartialEq, Eq, Hash)]
 pub(crate) struct Primitive {
     pub(crate) topology: wgpu::PrimitiveTopology,
-    /// The faces that are culled.
+    /// The faces that are culled; `None` culls none.
     pub(crate) cull: Option<wgpu::Face>,
-    /// The format of the indices of a strip.
+    /// The index format of an indexed strip; `None` for lists and for strips without indices.
     pub(crate) strip_indices: Option<wgpu::IndexFormat>,
 }
 
@@ -125,7 +126,7 @@ impl Objects {
         self.modules.get(shader.hash, self.now, |_| creation.shader_module(&shader.template, &shader.wgsl))
     }
 
-    /// A module of the executor's own, under a key that is no hash.
+    /// Returns a shader module of the executor's own, cached under a fixed key in place of a hash.
     pub(crate) fn built_in(
         &mut self,
         creation: &mut Creation<'_>,

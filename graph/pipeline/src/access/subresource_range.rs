@@ -21,7 +21,7 @@ pub struct IndexRange<T> {
 }
 
 impl<T: Copy + Into<u64>> IndexRange<T> {
-    /// The index after the last one of the range.
+    /// The index after the last mip level or layer, or the byte offset after the last byte, of the range.
     pub fn end(self) -> u64 {
         self.first.into().saturating_add(self.count.into())
     }
@@ -36,7 +36,7 @@ impl<T: Copy + Into<u64>> IndexRange<T> {
 }
 
 impl IndexRange<u32> {
-    /// A range of the single index `at`.
+    /// Creates a range of one mip level or layer, with the index `at`.
     pub const fn one(at: u32) -> Self {
         Self { first: at, count: 1 }
     }
@@ -63,22 +63,22 @@ pub struct SubresourceRange {
     pub mip: Option<IndexRange<u32>>,
     /// The layers of a texture; `None` for all.
     pub layer: Option<IndexRange<u32>>,
-    /// The aspect of a texture.
+    /// The aspect of a texture (depth, stencil or all).
     pub aspect: Aspect,
     /// The bytes of a buffer; `None` for all.
     pub bytes: Option<IndexRange<u64>>,
 }
 
 impl SubresourceRange {
-    /// The whole resource.
+    /// The range of a complete resource: all mip levels, layers, aspects and bytes.
     pub const WHOLE: Self = Self { mip: None, layer: None, aspect: Aspect::All, bytes: None };
 
-    /// One mip level of one layer of a texture; `None` stands for all.
+    /// Creates a range of one mip level of one layer of a texture; `None` means all mip levels or all layers.
     pub fn of(mip: Option<u32>, layer: Option<u32>) -> Self {
         Self { mip: mip.map(IndexRange::one), layer: layer.map(IndexRange::one), ..Self::WHOLE }
     }
 
-    /// A range of `count` bytes of a buffer from the byte offset `first`.
+    /// Creates a range of `count` bytes of a buffer that starts at the byte offset `first`.
     pub const fn bytes(first: u64, count: u64) -> Self {
         Self { bytes: Some(IndexRange { first, count }), ..Self::WHOLE }
     }
@@ -110,8 +110,8 @@ impl SubresourceRange {
             && (self.aspect == Aspect::All || self.aspect == other.aspect)
     }
 
-    /// The four plain ranges that contain this range, itself included. This range must be plain; see
-    /// [`Self::is_plain`].
+    /// The four plain ranges that contain this range: with and without its mip level, and with and without its layer.
+    /// This range must be plain; see [`Self::is_plain`].
     pub fn plain_around(self) -> [Self; 4] {
         [self, Self { mip: None, ..self }, Self { layer: None, ..self }, Self::WHOLE]
     }

@@ -2,7 +2,7 @@
 
 use crate::access::subresource_range::Aspect;
 
-/// The usage of a resource by a pass.
+/// The way in which a pass uses a resource, such as a sampled texture or a color attachment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Usage {
@@ -48,7 +48,7 @@ pub enum Usage {
     CopyDestination,
     /// The destination of a copy that keeps the rest of a subresource range.
     CopyDestinationLoad,
-    /// A buffer as the destination of rows of texels; the bytes between rows are kept, and need not be initialised.
+    /// A buffer as the destination of rows of texels. Bytes between the rows are kept, and need not be initialised.
     CopyDestinationRows,
     /// Blackboard data that is read.
     BlackboardRead,
@@ -56,7 +56,7 @@ pub enum Usage {
     BlackboardWrite,
 }
 
-/// The effect of an access on the contents.
+/// The effect of a usage on the contents of a resource.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Effect {
     Reads,
@@ -112,17 +112,17 @@ impl Usage {
         (effect, texture, buffer, name)
     }
 
-    /// Returns `true` if earlier contents are needed, or [kept](Self::keeps_what_is_there).
+    /// Returns `true` if earlier contents are read, or if they are [kept](Self::keeps_what_is_there).
     pub fn reads(self) -> bool {
         matches!(self.properties().0, Effect::Reads | Effect::Loads)
     }
 
-    /// Returns `true` if earlier contents are kept, but need not exist.
+    /// Returns `true` if contents that the pass does not overwrite are kept, but need not be initialised.
     pub fn keeps_what_is_there(self) -> bool {
         matches!(self, Usage::CopyDestinationRows | Usage::StorageWrite)
     }
 
-    /// Returns `true` if the usage writes, which makes a new version of the resource.
+    /// Returns `true` if the usage writes the resource, which makes a new version of the resource.
     pub fn writes(self) -> bool {
         self.properties().0 != Effect::Reads
     }
@@ -152,7 +152,7 @@ impl Usage {
         }
     }
 
-    /// Returns `true` if the usage is certain to overwrite all of a subresource range.
+    /// Returns `true` if the usage certainly overwrites all contents of its subresource range.
     pub fn replaces_contents(self) -> bool {
         self.properties().0 == Effect::Replaces
     }
@@ -167,7 +167,7 @@ impl Usage {
         self.properties().2
     }
 
-    /// The name of the usage in diagnostics.
+    /// The name of the usage for messages, such as `sampled texture`.
     pub fn name(self) -> &'static str {
         self.properties().3
     }

@@ -1,6 +1,6 @@
 //! Versions of resources.
 
-/// The version of a resource that is read.
+/// The version of a resource that a pass reads. Each pass that writes a resource makes a new version.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Version {
     /// The newest version; for a pass that also writes the resource, the version before its own write.

@@ -28,8 +28,8 @@ pub struct TypedPipeline {
     pub features: BTreeMap<String, Feature>,
     /// The derived values, by name.
     pub derived: BTreeMap<String, Derived>,
-    /// Values that follow from parameters: derived values and arguments of subgraphs. Each depends only on parameters
-    /// and on earlier entries.
+    /// Values that follow from parameters: derived values and arguments of subgraphs. Each entry depends only on
+    /// parameters and on earlier entries.
     pub following: Vec<Following>,
     /// Arguments and derived values of subgraphs that follow from parameters, by internal names that no document can
     /// write.
@@ -52,7 +52,7 @@ pub struct TypedPipeline {
     pub programs: Vec<Program>,
     /// The template variants whose own diagnostics were reported, as template name and axis values.
     pub rejected: BTreeSet<(String, umbragraph_shaders::AxisValues)>,
-    /// Resources that a pass with errors mentions; their writers and readers are not fully known.
+    /// Resources that a pass with errors mentions, so that their writers and readers are not fully known.
     pub uncertain: BTreeSet<ResourceHandle>,
     /// The names of parameters, features and derived values that have no value because of errors.
     pub broken_settings: BTreeSet<String>,
@@ -127,7 +127,7 @@ impl TypedPipeline {
         format!("{}{name}", if condition.on { "" } else { "!" })
     }
 
-    /// The default states of the toggles, which apply until the host sets others.
+    /// The default state of each toggle (`true` for on), which applies until the host sets another.
     pub fn default_states(&self) -> Vec<bool> {
         self.toggles.iter().map(|toggle| toggle.default).collect()
     }

@@ -7,7 +7,7 @@ use crate::work::{BoundSlot, Deferred, Subresource};
 use umbragraph_text::diagnostic::{Code, Diagnostic};
 use umbragraph_text::source::Span;
 
-/// An item with a place in the document.
+/// An item with a place in a document, at which diagnostics can be reported.
 pub trait Located {
     /// The place of the item, and its JSON pointer.
     fn location(&self) -> (Span, &str);

@@ -21,7 +21,7 @@ pub struct Pass {
     pub place: Span,
     /// The JSON pointer of the pass.
     pub pointer: String,
-    /// The scope of names for expressions in the settings.
+    /// The scope of names for expressions in the pass's settings.
     pub environment: Arc<Environment>,
     /// Passes that must run before this one because of `after`, in addition to those required by data.
     pub after: Vec<PassHandle>,
@@ -106,16 +106,16 @@ impl Pass {
     }
 }
 
-/// One access of a resource by a pass.
+/// One access of a pass to a resource.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Access {
-    /// The resource.
+    /// The accessed resource.
     pub resource: ResourceHandle,
-    /// The subresource range of the resource.
+    /// The accessed subresource range.
     pub range: SubresourceRange,
-    /// The usage.
+    /// The usage of the resource, such as a sampled texture or a color attachment.
     pub usage: Usage,
-    /// The version that is read.
+    /// The version of the resource that is read.
     pub version: Version,
     /// The toggle conditions under which the access happens; all must hold. Empty unless the resource has a passthrough
     /// or the access is to a fallback.

@@ -14,7 +14,7 @@ use umbragraph_text::diagnostic::{Diagnostic, codes};
 use umbragraph_text::source::Span;
 use wgpu_types::{BindingType, SamplerBindingType, TextureSampleType};
 
-/// A template with chosen axis values, in all variants that mesh properties require.
+/// A shader template with chosen axis values, in all variants that mesh properties require.
 #[derive(Clone, Debug)]
 pub struct Program {
     /// The template's name.
@@ -43,7 +43,7 @@ pub struct ProgramVariant {
 /// One binding of a program.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ProgramBinding {
-    /// The bind group.
+    /// The index of the bind group.
     pub group: u32,
     /// The name of the binding in the shader.
     pub name: String,
@@ -51,7 +51,7 @@ pub struct ProgramBinding {
     pub type_name: String,
     /// The entry in the bind group layout; its visibility is the union over the variants.
     pub entry: wgpu_types::BindGroupLayoutEntry,
-    /// The layout of a buffer's contents; `None` for textures and samplers.
+    /// The memory layout of a buffer's contents; `None` for textures and samplers.
     pub block: Option<TypeLayout>,
 }
 
@@ -116,7 +116,7 @@ impl Program {
         }
     }
 
-    /// The shader module of the plain variant, for meshes without any property.
+    /// The shader module of the variant for meshes without any property.
     pub fn plain(&self) -> &ShaderModule {
         &self.variants[0].module
     }
@@ -126,7 +126,7 @@ impl Program {
         self.bindings.iter().find(|binding| binding.name == name)
     }
 
-    /// Returns the binding with these numbers, or `None` if there is none.
+    /// Returns the binding with this bind group and binding number, or `None` if there is none.
     pub fn binding_at(&self, group: u32, binding: u32) -> Option<&ProgramBinding> {
         self.bindings.iter().find(|known| known.group == group && known.entry.binding == binding)
     }

@@ -8,14 +8,14 @@ use crate::work::ResourceHandle;
 use umbragraph_text::language::{BufferDeclaration, Lifetime, TextureDeclaration};
 use umbragraph_text::source::Span;
 
-/// A resource of a pipeline.
+/// A resource of a pipeline: a texture, a buffer or blackboard data.
 #[derive(Clone, Debug)]
 pub struct Resource {
     /// The name of the resource.
     pub name: String,
     /// The place of the declaration; for blackboard data, the place where the publishing pass names the data.
     pub place: Span,
-    /// The JSON pointer of that place.
+    /// The JSON pointer of the declaration; for blackboard data, of the place that names the data.
     pub pointer: String,
     /// The JSON value of the declaration; for blackboard data, null at the place that first names the data.
     pub value: umbragraph_text::document::Value,
@@ -23,7 +23,7 @@ pub struct Resource {
     pub environment: Arc<Environment>,
     /// The kind of the resource.
     pub kind: ResourceKind,
-    /// The position in a history; `None` for a resource without earlier frames.
+    /// The position among the frames of a history; `None` for a resource without earlier frames.
     pub history: Option<History>,
 }
 
@@ -42,7 +42,7 @@ impl Resource {
         }
     }
 
-    /// The lifetime of the memory: an exposed transient resource counts as persistent.
+    /// The lifetime of the resource's memory: an exposed transient resource counts as persistent.
     pub fn lifetime(&self) -> Lifetime {
         match self.declared_lifetime() {
             Lifetime::Transient if self.is_exposed() => Lifetime::Persistent,
@@ -78,7 +78,7 @@ impl Resource {
     }
 }
 
-/// The kind of a resource.
+/// The kind of a resource, with its declaration.
 #[derive(Clone, Debug)]
 pub enum ResourceKind {
     /// A texture.
@@ -91,12 +91,12 @@ pub enum ResourceKind {
     Broken,
 }
 
-/// The position of a resource in a history.
+/// The position of a resource in a history, which keeps the contents of earlier frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct History {
     /// The resource that the current frame writes.
     pub of: ResourceHandle,
-    /// The age in frames; 0 for the resource that the current frame writes.
+    /// The age of the contents in frames; 0 for the resource that the current frame writes.
     pub back: u32,
     /// The number of earlier frames that can be read. Their resources follow that of the current frame in the list of
     /// resources, the newest first.

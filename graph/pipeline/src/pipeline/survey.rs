@@ -6,7 +6,7 @@ use umbragraph_shaders::{AxisValues, Stage};
 use umbragraph_text::document::{Entry, Kind, Value, pointer_join};
 use umbragraph_text::source::Span;
 
-/// A template with chosen axis values.
+/// A template with chosen axis values, mesh properties and entry points.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Chosen {
     /// The name of the template.
@@ -22,7 +22,7 @@ pub struct Chosen {
 /// The names of entry points by their stages; a stage with one entry point needs no name.
 pub type EntryPoints = BTreeMap<Stage, String>;
 
-/// A program that a pass requires.
+/// A shader program that a pass requires.
 #[derive(Clone, Debug)]
 pub struct Wanted {
     /// The name of the pass.
@@ -36,7 +36,7 @@ pub struct Wanted {
 /// A pass, loop or use of a subgraph that a configuration does not have.
 #[derive(Clone, Debug)]
 pub struct Absent {
-    /// The name in the document.
+    /// The name of the pass, loop or use of a subgraph in the document.
     pub name: String,
     /// The place of the `when` condition, or of the rounds of the loop, that decides the absence.
     pub decided_by: Span,

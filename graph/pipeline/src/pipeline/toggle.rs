@@ -25,7 +25,7 @@ use crate::access::version::Version;
 use crate::work::ResourceHandle;
 use umbragraph_text::source::Span;
 
-/// A runtime toggle that the host switches from frame to frame.
+/// A runtime toggle that the host switches from frame to frame; passes run depending on its state.
 #[derive(Clone, Debug)]
 pub struct Toggle {
     /// The name of the toggle.
@@ -50,7 +50,7 @@ pub struct Condition {
 }
 
 impl Condition {
-    /// The condition that holds exactly if this one does not.
+    /// Returns the condition that holds exactly if this one does not.
     #[must_use]
     pub fn opposite(self) -> Self {
         Self { on: !self.on, ..self }
@@ -62,7 +62,7 @@ impl Condition {
     }
 }
 
-/// The fallback of a resource for frames in which the passes that write it are off.
+/// The fallback that is read instead of a resource in frames in which the passes that write the resource are off.
 #[derive(Clone, Debug)]
 pub struct Passthrough {
     /// The condition under which the resource itself is written and read.

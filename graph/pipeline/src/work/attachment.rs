@@ -11,7 +11,7 @@ use crate::work::live::{Byte, Color, Depth, Live};
 /// The work of a pass that draws into attachments.
 #[derive(Clone, Debug)]
 pub struct RenderWork {
-    /// The color attachments in the order of the fragment shader's locations.
+    /// The color attachments; the index of each is its `@location` in the fragment shader.
     pub color: Vec<ColorAttachment>,
     /// The depth attachment; `None` if there is none.
     pub depth: Option<DepthAttachment>,
@@ -20,7 +20,7 @@ pub struct RenderWork {
     pub stencil: Option<StencilAttachment>,
     /// The geometry that is drawn, with its shader and bindings.
     pub draw: Draw,
-    /// The constant color of the blend equations; `None` if none is set.
+    /// The constant color of the blend equations; `None` if the pass sets none.
     pub blend_constant: Option<Live<Color>>,
 }
 
@@ -35,14 +35,14 @@ impl RenderWork {
     }
 }
 
-/// The common properties of attachments of all kinds.
+/// The properties that color, depth and stencil attachments have in common.
 #[derive(Clone, Copy, Debug)]
 pub struct Attachment<'a> {
     /// The subresource that is drawn into.
     pub to: &'a Subresource,
-    /// The usage of the texture.
+    /// The usage of the texture as an attachment.
     pub usage: Usage,
-    /// The load operation, without the clear value.
+    /// The load operation at the start of the pass, without the clear value.
     pub load: LoadOperation<()>,
     /// Whether the contents are discarded after the pass.
     pub discard: bool,
@@ -54,23 +54,23 @@ impl<'a> Attachment<'a> {
     }
 }
 
-/// The part of a texture that is attached.
+/// The mip level and layer of a texture that a pass draws into.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
 pub struct AttachmentTarget {
-    /// The texture.
+    /// The texture that is drawn into.
     pub resource: ResourceHandle,
-    /// The mip level.
+    /// The index of the mip level.
     pub mip: u32,
-    /// The layer: a fixed one, or `None` for the layer that each view names.
+    /// The index of the layer; `None` if each view names its own layer.
     pub layer: Option<u32>,
 }
 
-/// A color attachment.
+/// A color attachment of a render pass.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ColorAttachment {
     /// The subresource that is drawn into.
     pub to: Subresource,
-    /// The load operation.
+    /// The load operation at the start of the pass, with the clear color.
     pub load: LoadOperation<Live<Color>>,
     /// The blend state; `None` for no blending.
     pub blend: Option<wgpu_types::BlendState>,
@@ -94,16 +94,16 @@ impl ColorAttachment {
     }
 }
 
-/// A depth attachment.
+/// A depth attachment of a render pass.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DepthAttachment {
     /// The subresource that is drawn into.
     pub to: Subresource,
-    /// The load operation.
+    /// The load operation at the start of the pass, with the clear depth.
     pub load: LoadOperation<Live<Depth>>,
-    /// Whether depth is written.
+    /// Whether the pass writes depth.
     pub write: bool,
-    /// The depth comparison.
+    /// The comparison that a fragment's depth must pass.
     pub compare: wgpu_types::CompareFunction,
     /// The rasteriser's depth bias per unit of depth slope. A positive bias points away from the viewer if depth grows
     /// with distance.
@@ -123,16 +123,16 @@ impl DepthAttachment {
     }
 }
 
-/// A stencil attachment.
+/// A stencil attachment of a render pass.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StencilAttachment {
     /// The subresource that is drawn into.
     pub to: Subresource,
-    /// The load operation.
+    /// The load operation at the start of the pass, with the clear value.
     pub load: LoadOperation<Live<Byte>>,
     /// The stencil comparisons, operations and masks.
     pub state: wgpu_types::StencilState,
-    /// The reference value for comparisons and writes.
+    /// The reference value of stencil comparisons and of the replace operation.
     pub reference: Live<Byte>,
     /// Whether the contents are discarded after the pass.
     pub discard: bool,
@@ -149,7 +149,7 @@ impl StencilAttachment {
     }
 }
 
-/// The load operation of an attachment.
+/// The load operation of an attachment: the contents at the start of the pass.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum LoadOperation<T> {

@@ -15,7 +15,7 @@ use umbragraph_text::source::Span;
 /// An expression that is evaluated once resource sizes are known, with its place in the document for diagnostics.
 #[derive(Clone, Debug)]
 pub struct Deferred {
-    /// The expression.
+    /// The parsed expression.
     pub expression: Expression,
     /// The place of the expression in the document.
     pub place: Span,
@@ -23,16 +23,16 @@ pub struct Deferred {
     pub pointer: String,
 }
 
-/// One binding of a program, with the resource or values that are bound.
+/// A shader binding of a pass, with the resource or values that are bound to it.
 #[derive(Clone, Debug)]
 pub struct BoundSlot {
-    /// The bind group.
+    /// The index of the bind group.
     pub group: u32,
     /// The binding number in the group.
     pub binding: u32,
     /// The name of the binding in the shader.
     pub name: String,
-    /// The resource or values that it is bound to.
+    /// The resource or values that are bound.
     pub source: SlotSource,
     /// The place of the binding in the document.
     pub place: Span,
@@ -45,30 +45,30 @@ pub struct BoundSlot {
 pub enum SlotSource {
     /// A view of a texture.
     Texture(BoundTexture),
-    /// A buffer of the pipeline, or bytes of one.
+    /// A buffer of the pipeline, or a range of its bytes.
     Buffer {
-        /// The buffer and the range of its bytes.
+        /// The buffer and the bound range of its bytes.
         buffer: Subresource,
         /// The usage of the buffer by the shader.
         usage: Usage,
     },
     /// A sampler.
     Sampler(Sampler),
-    /// Blackboard data, packed into a block as the shader declares it.
+    /// Blackboard data, packed into the uniform or storage block that the shader declares.
     Data {
-        /// The blackboard data.
+        /// The blackboard data that is bound.
         data: Subresource,
         /// Members whose values come from expressions instead of the data; `None` if there are none.
         values: Option<BlockValues>,
     },
-    /// The view being drawn, packed into a block as the shader declares it.
+    /// The view that is being drawn, packed into the uniform block that the shader declares.
     View,
-    /// Values of expressions, packed into a block as the shader declares it.
+    /// Values of expressions, packed into the uniform block that the shader declares.
     Values(BlockValues),
 }
 
 impl SlotSource {
-    /// The members of the block whose values come from expressions; `None` if the source has none.
+    /// The block members whose values come from expressions; `None` if the source has no expressions.
     pub fn values(&self) -> Option<&BlockValues> {
         match self {
             SlotSource::Values(values) => Some(values),
@@ -78,12 +78,12 @@ impl SlotSource {
     }
 }
 
-/// Members of a block, each with an expression.
+/// The members of a uniform or storage block that have expressions as values.
 #[derive(Clone, Debug)]
 pub struct BlockValues {
     /// The layout of the block as the shader declares it.
     pub layout: TypeLayout,
-    /// The expressions by the names of the members.
+    /// The expressions, each with the name of its block member.
     pub expressions: Vec<(String, Live<Deferred>)>,
 }
 
@@ -94,15 +94,15 @@ pub struct BoundTexture {
     pub texture: Subresource,
     /// The usage of the texture by the shader.
     pub usage: Usage,
-    /// The dimension of the view.
+    /// The dimension of the texture view, such as 2D array.
     pub shape: TextureShape,
     /// The format of the texture view; `None` for the texture's own format.
     pub format: Option<wgpu_types::TextureFormat>,
 }
 
 impl BoundTexture {
-    /// The texture view that the shader reads. A range of all aspects becomes the depth aspect, which a shader reads of
-    /// depth and stencil.
+    /// The texture view that the shader reads. If the range has all aspects, the view has the depth aspect, since a
+    /// shader reads either depth or stencil.
     pub fn view(&self) -> TextureView {
         let Subresource { resource, range: SubresourceRange { mip, layer, aspect, .. }, .. } = self.texture;
         let aspect = if aspect == Aspect::All { Aspect::DepthOnly } else { aspect };
@@ -113,13 +113,13 @@ impl BoundTexture {
 /// A view of a texture that a shader reads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
 pub struct TextureView {
-    /// The texture.
+    /// The texture that is viewed.
     pub resource: ResourceHandle,
-    /// The dimension of the view.
+    /// The dimension of the texture view, such as 2D array.
     pub shape: TextureShape,
-    /// The mip levels; `None` for all.
+    /// The mip levels of the view; `None` for all.
     pub mip: Option<IndexRange<u32>>,
-    /// The layers; `None` for all.
+    /// The layers of the view; `None` for all.
     pub layer: Option<IndexRange<u32>>,
     /// The aspect; a shader reads either the depth or the stencil of a format that has both.
     pub aspect: Aspect,
@@ -215,7 +215,7 @@ umbragraph_text::webgpu_words! {
     }
 }
 
-/// The layout of blackboard data in a block, as runs of 32-bit words to copy.
+/// The layout of blackboard data in a uniform or storage block, as runs of 32-bit words to copy.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct BlockLayout {
     /// The size of the block in bytes.
@@ -224,16 +224,16 @@ pub struct BlockLayout {
     pub runs: Vec<BlockRun>,
 }
 
-/// A run of successive 32-bit words of a value that is copied to a block.
+/// A run of successive 32-bit words that is copied from a blackboard value to a block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct BlockRun {
-    /// The index of the value in the `values` of the data's shape.
+    /// The index of the value in [`DataShape::values`](crate::data::DataShape::values).
     pub value: u32,
-    /// The index of the first word in the value.
+    /// The index of the first copied word within the value.
     pub word: u32,
-    /// The number of words.
+    /// The number of 32-bit words.
     pub count: u32,
-    /// The byte offset in the block.
+    /// The byte offset in the block at which the run starts.
     pub offset: u32,
 }
 

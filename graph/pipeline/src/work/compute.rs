@@ -8,24 +8,24 @@ use crate::work::live::Live;
 /// The work of a pass that dispatches a compute shader.
 #[derive(Clone, Debug)]
 pub struct ComputeWork {
-    /// The shader program.
+    /// The compute shader that is dispatched.
     pub program: ProgramHandle,
-    /// The bindings of the program.
+    /// The bindings of the shader program.
     pub bindings: Vec<BoundSlot>,
-    /// The size of the dispatch.
+    /// The number of workgroups that are dispatched.
     pub dispatch: Dispatch,
 }
 
-/// The size of a dispatch.
+/// The number of workgroups of a dispatch.
 #[derive(Clone, Debug)]
 pub enum Dispatch {
-    /// The numbers of workgroups along x, y and z.
+    /// Expressions for the numbers of workgroups along x, y and z.
     Workgroups([Live<Deferred>; 3]),
-    /// The numbers of workgroups are three `u32` in a buffer.
+    /// A buffer with the numbers of workgroups as three `u32`.
     Indirect(Subresource),
     /// One invocation for each texel of a texture: workgroups cover its width, height and layers.
     Over {
-        /// The texture.
+        /// The texture whose texels are covered.
         resource: ResourceHandle,
         /// The mip level whose size determines the number of workgroups.
         mip: u32,

@@ -12,7 +12,7 @@ use crate::work::live::{Depth, Live};
 pub enum Draw {
     /// One triangle that covers the attachment.
     Fullscreen {
-        /// The shader program.
+        /// The shader program that draws the triangle.
         program: ProgramHandle,
         /// The bindings of the program.
         bindings: Vec<BoundSlot>,
@@ -38,7 +38,7 @@ impl Draw {
 /// A draw of vertices from buffers of the pipeline.
 #[derive(Clone, Debug)]
 pub struct BufferDraw {
-    /// The shader program.
+    /// The shader program that draws the vertices.
     pub program: ProgramHandle,
     /// The bindings of the program.
     pub bindings: Vec<BoundSlot>,
@@ -46,47 +46,47 @@ pub struct BufferDraw {
     pub vertices: Vec<VertexStream>,
     /// The index buffer; `None` for a draw without indices.
     pub indices: Option<IndexStream>,
-    /// The numbers of vertices (or indices) and instances.
+    /// The numbers of vertices (or indices) and instances of the draw.
     pub counts: DrawCounts,
-    /// The primitive topology.
+    /// The primitive topology, such as a triangle list.
     pub topology: wgpu_types::PrimitiveTopology,
-    /// The faces that are culled; `None` for none.
+    /// The side of triangles that is culled; `None` for no culling.
     pub cull: Option<wgpu_types::Face>,
 }
 
-/// A buffer of vertex attributes, with an element for each vertex or for each instance.
+/// A vertex buffer of a draw, with one element for each vertex or for each instance.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct VertexStream {
-    /// The buffer.
+    /// The buffer and the range of its bytes.
     pub buffer: Subresource,
-    /// Bytes from one element to the next.
+    /// The distance from one element to the next, in bytes.
     pub stride: u64,
-    /// Whether elements belong to vertices or to instances.
+    /// Whether the buffer has one element for each vertex or for each instance.
     pub step: wgpu_types::VertexStepMode,
     /// The attributes with their shader locations.
     pub attributes: Vec<wgpu_types::VertexAttribute>,
 }
 
-/// A buffer of indices.
+/// An index buffer of a draw.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct IndexStream {
-    /// The buffer.
+    /// The buffer and the range of its bytes.
     pub buffer: Subresource,
-    /// The format of the indices.
+    /// The format of the indices: 16 or 32 bits.
     pub format: wgpu_types::IndexFormat,
 }
 
 /// The numbers of vertices (or indices) and instances of a draw.
 #[derive(Clone, Debug, PartialEq)]
 pub enum DrawCounts {
-    /// Counts given as numbers.
+    /// Numbers that are known without a buffer.
     Direct {
         /// The number of vertices, or of indices if there is an index buffer.
         count: Live<u32>,
         /// The number of instances.
         instances: Live<u32>,
     },
-    /// WebGPU's indirect draw arguments in a buffer: four `u32`, or five with indices.
+    /// A buffer with WebGPU's indirect draw arguments: four `u32`, or five with indices.
     Indirect(Subresource),
 }
 
@@ -95,7 +95,7 @@ pub enum DrawCounts {
 pub struct SceneDraw {
     /// The name of the geometry contract that the draws follow.
     pub geometry: String,
-    /// The name of the draw filter, which the host interprets.
+    /// The name of the draw filter, by which the host selects the meshes to draw.
     pub filter: String,
     /// The blackboard data whose views are drawn.
     pub views: Subresource,
@@ -103,7 +103,7 @@ pub struct SceneDraw {
     pub program: ProgramHandle,
     /// The bindings of groups 0 and 1; groups 2 and 3 are the host's.
     pub bindings: Vec<BoundSlot>,
-    /// The faces that are culled; `None` for none. Double-sided meshes are never culled.
+    /// The side of triangles that is culled; `None` for no culling. Double-sided meshes are never culled.
     pub cull: Option<wgpu_types::Face>,
     /// The order of the draws.
     pub order: DrawOrder,

@@ -8,16 +8,17 @@ use crate::whole_number::whole_number;
 use umbragraph_text::diagnostic::{Diagnostic, Place, codes};
 use umbragraph_text::expression::Value;
 
-/// A value of a pass's work, with the live setting that it follows from.
+/// A value of a pass that can change from frame to frame, with the index of the setting that determines it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Live<T> {
-    /// The current value: from the load, or from the last update.
+    /// The current value: from loading the pipeline, or from the last update.
     pub value: T,
-    /// The index of the setting in [`Pass::live`](crate::pipeline::Pass::live); `None` for a value that never changes.
+    /// The index of the determining setting in [`Pass::live`](crate::pipeline::Pass::live); `None` for a value that
+    /// never changes.
     pub setting: Option<usize>,
 }
 
-/// A value that never changes.
+/// Creates a value that never changes.
 impl<T> From<T> for Live<T> {
     fn from(value: T) -> Self {
         Self { value, setting: None }
@@ -25,8 +26,7 @@ impl<T> From<T> for Live<T> {
 }
 
 impl<T: LiveValue> Live<T> {
-    /// Updates the value from its live setting. `values` are those of all live settings of the pass; an invalid value
-    /// is ignored.
+    /// Updates the value from the values of all live settings of the pass. An invalid value is ignored.
     pub fn update(&mut self, values: &[Value]) {
         let value = self.setting.and_then(|at| values.get(at));
         if let Some(Ok(value)) = value.map(T::read) {
@@ -55,7 +55,7 @@ pub trait LiveValue: Copy {
     fn read(value: &Value) -> Result<Self, Diagnostic>;
 }
 
-/// A color: red, green, blue and alpha.
+/// A color, such as a clear color: red, green, blue and alpha.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
 pub struct Color(pub [f64; 4]);
 

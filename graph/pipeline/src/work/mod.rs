@@ -34,10 +34,10 @@ pub use transfer::{BufferRegion, TextureRegion, TransferEnd, TransferWork};
 use crate::access::{SubresourceRange, Usage, Version};
 use umbragraph_text::source::Span;
 
-/// A resource and the subresource range of it that a setting names.
+/// A resource with a subresource range, as a setting of a pass names them.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Subresource {
-    /// The resource.
+    /// The texture, buffer or blackboard data.
     pub resource: ResourceHandle,
     /// The subresource range as the setting names it.
     pub range: SubresourceRange,
@@ -50,19 +50,20 @@ pub struct Subresource {
 }
 
 impl Subresource {
-    /// The range as an attachment: one mip level, and one layer or, without one, the layer that each view names.
+    /// The mip level and layer of the range, for use as an attachment. If the range has no layer, each view names its
+    /// own.
     pub fn target(&self) -> AttachmentTarget {
         let (mip, layer) = (self.range.mip.map_or(0, |run| run.first), self.range.layer.map(|run| run.first));
         AttachmentTarget { resource: self.resource, mip, layer }
     }
 
-    /// The byte offset in a buffer; 0 if the range is the whole buffer.
+    /// The offset of the range in a buffer, in bytes; 0 if the range is the whole buffer.
     pub fn offset(&self) -> u64 {
         self.range.bytes.map_or(0, |run| run.first)
     }
 }
 
-/// The work of a pass.
+/// The work that a pass does in a frame.
 #[derive(Clone, Debug)]
 pub enum Work {
     /// No work: code assembled the pass, and only its accesses are known.

@@ -7,13 +7,13 @@ use crate::work::binding::Deferred;
 /// The work of a pass that copies texels or bytes, or clears a buffer.
 #[derive(Clone, Debug)]
 pub struct TransferWork {
-    /// The source; `None` if the destination, a buffer, is filled with zeros.
+    /// The source of the copy; `None` if the destination is a buffer that is filled with zeros.
     pub source: Option<TransferEnd>,
-    /// The destination.
+    /// The destination of the copy, or the buffer that is cleared.
     pub destination: TransferEnd,
     /// The usage of the destination, which says whether earlier contents are kept.
     pub written: Usage,
-    /// The width and height of the copied texels; `None` for all of a mip level.
+    /// The width and height of the copied texels; `None` for the size of the mip level.
     pub extent: Option<[Deferred; 2]>,
 }
 
@@ -36,7 +36,7 @@ impl TransferEnd {
     }
 }
 
-/// Bytes of a buffer, or texels in it: row by row, layer by layer, mip level by mip level.
+/// A range of a buffer for a transfer: bytes, or texels stored row by row, layer by layer, mip level by mip level.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BufferRegion {
     /// The buffer and the range of its bytes.
@@ -47,17 +47,17 @@ pub struct BufferRegion {
     pub rows_per_image: Option<u32>,
 }
 
-/// Texels of a texture.
+/// The texels of a texture that a transfer reads or writes.
 #[derive(Clone, Debug)]
 pub struct TextureRegion {
-    /// The mip levels (the first if unset) and the layers or slices (all if unset) of the texture.
+    /// The texture with its mip levels (`None`: the first) and its layers or slices (`None`: all).
     pub texture: Subresource,
-    /// The first texel, from the left and from the top; `None` for the top left corner.
+    /// The texel at which the region begins, from the left and from the top; `None` for the top left corner.
     pub origin: Option<[Deferred; 2]>,
 }
 
 impl TextureRegion {
-    /// The mip levels; level 0 if the range names none.
+    /// The mip levels of the region; level 0 if the range names none.
     pub fn mip(&self) -> IndexRange<u32> {
         self.texture.range.mip.unwrap_or(IndexRange::one(0))
     }

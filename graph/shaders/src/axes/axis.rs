@@ -3,7 +3,7 @@
 use umbragraph_text::diagnostic::{AxisValue, list_of};
 use umbragraph_text::source::Span;
 
-/// The type of an axis and the values that it allows.
+/// The type of a shader-variant axis, with the values that the axis allows.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum AxisKind {
     /// `false` and `true`.
@@ -22,7 +22,7 @@ pub enum AxisKind {
 }
 
 impl AxisKind {
-    /// Returns the number of values.
+    /// Returns the number of values that the axis can have.
     pub fn count(&self) -> u64 {
         match self {
             AxisKind::Bool => 2,
@@ -31,7 +31,7 @@ impl AxisKind {
         }
     }
 
-    /// Returns `true` if `value` is one of the axis's values.
+    /// Returns `true` if the axis can have this value.
     pub fn contains(&self, value: &AxisValue) -> bool {
         match (self, value) {
             (AxisKind::Bool, AxisValue::Bool(_)) => true,
@@ -43,7 +43,7 @@ impl AxisKind {
         }
     }
 
-    /// Describes the values in words: `false or true`, `1 to 64`, `hard, pcf or evsm`.
+    /// Describes the allowed values for messages: `false or true`, `1 to 64`, `hard, pcf or evsm`.
     pub fn describe(&self) -> String {
         match self {
             AxisKind::Bool => "false or true".to_owned(),
@@ -57,7 +57,7 @@ impl AxisKind {
     }
 }
 
-/// The way in which the value of an axis reaches the WGSL.
+/// The way in which the value of an axis enters the WGSL: through the template or as an override constant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AxisMode {
     /// A variable of the template: each value may generate different WGSL.
@@ -69,23 +69,24 @@ pub enum AxisMode {
 /// One axis of a template: a named parameter that selects among shader variants.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Axis {
-    /// The name: of the variable in the template, or of the constant in the WGSL.
+    /// The name of the axis. The template variable or the WGSL override constant has the same name.
     pub name: String,
-    /// The type and the allowed values.
+    /// The type of the axis and its allowed values.
     pub kind: AxisKind,
-    /// The value that is used if a pass sets none.
+    /// The value that the axis has if a pass sets none.
     pub default: AxisValue,
-    /// A description for readers; empty if the declaration has none.
+    /// A description of the axis for people; empty if the declaration has none.
     pub description: String,
-    /// The way in which the value reaches the WGSL.
+    /// The way in which the value enters the WGSL: through the template or as an override constant.
     pub mode: AxisMode,
-    /// Whether only some values of an integer axis are validated: minimum, default, maximum, those that constraints
-    /// name, and one other if constraints name any. Values that pipelines use are always validated.
+    /// Whether the check of all variants covers only some values of an integer axis: minimum, default, maximum, those
+    /// that constraints name, and one other if constraints name any. Values that pipelines use are always validated.
     pub ends: bool,
-    /// Whether the axis selects a bind-group layout. Variants with different values of the axis may then declare
-    /// different things at one binding; all other variants of a template must agree.
+    /// Whether variants with different values of the axis use different bind-group layouts. Two such variants may
+    /// declare different resources at one binding; all other variants of a template must agree.
     pub own_layout: bool,
-    /// Whether the default is `true` if the first color attachment of the pass has a format without `-srgb`.
+    /// Whether the axis follows the first color attachment of the pass if no value is set: `true` if its format has no
+    /// `-srgb` suffix.
     pub from_target: bool,
     /// The source span of the axis's name in its declaration.
     pub span: Span,

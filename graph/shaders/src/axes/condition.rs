@@ -8,7 +8,7 @@ use std::fmt;
 use super::axis::{Axis, AxisKind};
 use umbragraph_text::diagnostic::{AxisValue, AxisValues};
 
-/// A comparison of one axis with one value.
+/// A condition of a constraint: an axis has, or does not have, a certain value.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Condition {
     /// The name of the axis.
@@ -57,7 +57,7 @@ impl Condition {
         Ok(Self { axis: axis.name.clone(), value, equal })
     }
 
-    /// Returns `true` if the condition holds for these values, `false` if they have no value for the axis.
+    /// Returns `true` if the condition holds for these axis values, and `false` if they contain no value for the axis.
     pub fn holds(&self, values: &AxisValues) -> bool {
         values.get(&self.axis).is_some_and(|value| self.accepts(value))
     }

@@ -10,7 +10,7 @@ use super::condition::Condition;
 use umbragraph_text::diagnostic::{AxisValues, list_of};
 use umbragraph_text::source::Span;
 
-/// The rule of a constraint.
+/// The form of a constraint between axes, with its conditions.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Rule {
     /// If `when` holds, every condition of `all` must hold.
@@ -34,14 +34,15 @@ pub enum Rule {
 /// A constraint between axes and the source span of its declaration.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Constraint {
-    /// The rule.
+    /// The conditions and the way in which they are combined.
     pub rule: Rule,
-    /// The source span of the declaration.
+    /// The source span of the constraint's declaration.
     pub span: Span,
 }
 
 impl Constraint {
-    /// Returns `true` if the values satisfy the constraint. Every axis needs a value.
+    /// Returns `true` if the axis values satisfy the constraint. `values` must contain every axis that the constraint
+    /// names.
     pub fn holds(&self, values: &AxisValues) -> bool {
         let applies = |when: &Option<Condition>| when.as_ref().is_none_or(|when| when.holds(values));
         match &self.rule {
@@ -57,7 +58,7 @@ impl Constraint {
         }
     }
 
-    /// Iterates over the conditions of the constraint, the premise first.
+    /// Iterates over the conditions of the constraint; the premise, if there is one, comes first.
     pub fn conditions(&self) -> impl Iterator<Item = &Condition> {
         let (when, rest) = match &self.rule {
             Rule::Requires { when, all: rest } | Rule::Excludes { when, none: rest } => (when.as_ref(), rest),

@@ -15,7 +15,7 @@ use super::constraint::{Constraint, Rule};
 use super::domain::Domain;
 use umbragraph_text::diagnostic::AxisValue;
 
-/// The layers of the decision diagram of some constraints: one per axis that the constraints name.
+/// A decision diagram of constraints between axes, with one layer for each axis that the constraints name.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Diagram {
     pub(super) layers: Vec<Layer>,
@@ -28,8 +28,8 @@ pub(super) struct Layer {
     pub(super) axis: String,
     /// The values of the axis that appear in clauses.
     pub(super) named: BTreeSet<AxisValue>,
-    /// The clauses with conditions on this axis: the clause's index, these conditions, and whether this axis is the
-    /// last one of the clause.
+    /// The clauses with conditions on this axis. Each has its index, its conditions on the axis, and whether it names
+    /// no axis of a later layer.
     clauses: Vec<(usize, Vec<Condition>, bool)>,
 }
 
@@ -93,7 +93,7 @@ impl Layer {
 }
 
 /// Groups the values of an axis that no clause distinguishes. Returns one value per group with the number of values in
-/// it. `decided` leaves only that one value.
+/// the group. If `decided` is given, it is the only value.
 pub(super) fn classes(layer: &Layer, domain: &Domain, decided: Option<&AxisValue>) -> Vec<(AxisValue, u128)> {
     if let Some(value) = decided {
         return vec![(value.clone(), 1)];

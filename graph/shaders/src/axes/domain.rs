@@ -3,7 +3,7 @@
 use super::axis::AxisKind;
 use umbragraph_text::diagnostic::AxisValue;
 
-/// The values that an axis can still have after narrowing.
+/// The values that an axis can have within a space of axis values.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Domain {
     /// All integers of a range, both ends included.
@@ -13,7 +13,7 @@ pub(crate) enum Domain {
 }
 
 impl Domain {
-    /// Returns all values of an axis.
+    /// Returns the domain of all values that the type of an axis allows.
     pub(crate) fn of(kind: &AxisKind) -> Self {
         match kind {
             AxisKind::Bool => Self::Values(vec![false.into(), true.into()]),

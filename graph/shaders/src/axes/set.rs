@@ -57,7 +57,7 @@ impl Axes {
         self.axes.iter().map(|(name, axis)| (name.clone(), axis.default.clone())).collect()
     }
 
-    /// Iterates over the constraints that the values violate. Every axis needs a value.
+    /// Iterates over the constraints that the axis values violate. `values` must contain every axis.
     pub fn violated<'a>(&'a self, values: &'a AxisValues) -> impl Iterator<Item = &'a Constraint> {
         self.constraints.iter().filter(|constraint| !constraint.holds(values))
     }

@@ -76,22 +76,22 @@ impl Space {
         }
     }
 
-    /// The values of an axis that is a template variable; `None` for an override or an unknown name.
+    /// The values of an axis that is a template variable; `None` for an override axis or an unknown name.
     pub(crate) fn variable(&self, name: &str) -> Option<&Domain> {
         self.axes.get(name).filter(|(_, mode)| *mode == AxisMode::Template).map(|(domain, _)| domain)
     }
 
-    /// The default value of an axis.
+    /// The default value of an axis; `None` for an unknown name.
     pub(crate) fn default_of(&self, name: &str) -> Option<&AxisValue> {
         self.defaults.get(name)
     }
 
-    /// Returns the number of combinations that contain the values in `decided`.
+    /// Returns the number of valid combinations in which the axes in `decided` have the given values.
     pub fn count(&self, decided: &AxisValues) -> Count {
         self.walk(decided, &self.diagram).unwrap_or(Count { number: 1, exact: false })
     }
 
-    /// Returns `true` if some combination contains the values in `decided`, or if the search is too large to decide.
+    /// Returns `true` if a valid combination contains the values in `decided`, or if the search is too large to decide.
     pub(crate) fn possible(&self, decided: &AxisValues) -> bool {
         self.walk(decided, &self.diagram).is_none_or(|count| count.number > 0)
     }

@@ -24,18 +24,18 @@ const PIECE: usize = 64;
 /// The maximum time of one rendering. It limits operations that fuel, work and sizes do not cover, such as strings of
 /// up to 100 MB within one expression. Builds without optimization get more time.
 const MAX_TIME: Duration = Duration::from_secs(if cfg!(debug_assertions) { 4 } else { 1 });
-/// The name of the function that checks the size of a value.
+/// The template function that checks the size of a value; `tree::prepare` inserts calls of this function.
 pub(crate) const FITS: &str = "__fits";
-/// The name of the function that wraps an operand of a multiplication.
+/// The template function that converts an operand of a multiplication; see [`factor`].
 pub(crate) const FACTOR: &str = "__factor";
-/// The name of the function that counts the work of visiting a value's elements.
+/// The template function that counts the work of visiting a value's elements; see [`seen`].
 pub(crate) const SEEN: &str = "__seen";
-/// The name of the function that counts the work of indexing: one step for a list, one per character for a string.
+/// The template function that counts the work of indexing; see [`indexed`].
 pub(crate) const INDEXED: &str = "__indexed";
 
-/// The engine's own functions; none of them returns a string or a nested list.
+/// The functions of minijinja that return neither a string nor a nested list.
 pub(crate) const PLAIN_FUNCTIONS: [&str; 3] = ["range", "namespace", "dict"];
-/// The maximum number of engine steps ("fuel") for one rendering.
+/// The maximum number of minijinja's execution steps ("fuel") for one rendering.
 const FUEL: u64 = 1_000_000;
 
 thread_local! {
@@ -46,8 +46,8 @@ thread_local! {
     static HAS_CLOCK: Cell<bool> = const { Cell::new(cfg!(not(target_family = "wasm"))) };
 }
 
-/// Returns the fuel for one rendering. A longer literal (`longest`, in bytes) means less fuel, which limits the size
-/// of captured output.
+/// Returns the fuel (in minijinja's execution steps) for one rendering. A longer literal (`longest`, in bytes) means
+/// less fuel, which limits the size of captured output.
 pub(crate) fn fuel(longest: usize) -> u64 {
     ((1_u64 << 30) / (longest as u64).max(1)).clamp(10_000, FUEL)
 }
@@ -128,7 +128,7 @@ pub(crate) fn grown(value: Value) -> Result<Value, Error> {
     if fit { Ok(value) } else { Err(limit("an expression makes a value larger than 1 MiB")) }
 }
 
-/// Converts a tuple operand of a multiplication to a list, since the engine repeats lists lazily but copies tuples.
+/// Converts a tuple operand of a multiplication to a list, since minijinja repeats lists lazily but copies tuples.
 pub(crate) fn factor(value: Value) -> Value {
     match value.downcast_object_ref::<Tuple>() {
         Some(tuple) => Value::from(tuple.iter().cloned().collect::<Vec<Value>>()),
@@ -145,7 +145,7 @@ pub(crate) fn seen(value: Value) -> Result<Value, Error> {
     Ok(value)
 }
 
-/// Counts the work of indexing a value: the engine counts a string's characters up to the index.
+/// Counts the work of indexing a value: minijinja counts a string's characters up to the index.
 pub(crate) fn indexed(value: Value) -> Result<Value, Error> {
     if let Some(text) = value.as_str() {
         work(1, text.len())?;

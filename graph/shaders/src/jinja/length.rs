@@ -4,8 +4,8 @@ use std::ops::Range;
 
 use super::scan::{Tag, WordKind};
 
-/// The maximum number of words in an expression, and of branches in one `if`. The engine recurses over both. Of the
-/// elements of a list, only the longest counts.
+/// The maximum number of words in an expression, and of branches in one `if`. minijinja recurses over both. Of a list,
+/// only the longest element counts.
 const MAX_WORDS: usize = 1024;
 
 /// Returns the first tag that exceeds [`MAX_WORDS`], with a message; `None` if there is none.

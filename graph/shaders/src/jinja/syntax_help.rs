@@ -14,7 +14,7 @@ use crate::codes;
 use umbragraph_text::diagnostic::{Diagnostic, list_of};
 use umbragraph_text::source::Span;
 
-/// The statements that are allowed everywhere in a template.
+/// The template statements, such as `if`, that are allowed everywhere in a template.
 const STATEMENTS: &[&str] = &[
     "autoescape",
     "block",
@@ -33,7 +33,7 @@ const STATEMENTS: &[&str] = &[
     "with",
 ];
 
-/// A block whose end tag has not been found.
+/// A block, such as an `if`, whose end tag has not been found.
 #[derive(Clone)]
 struct Open<'t> {
     keyword: &'t str,
@@ -54,7 +54,7 @@ impl Open<'_> {
     }
 }
 
-/// Returns the diagnostic for a template that the engine cannot compile.
+/// Returns the diagnostic for a template that minijinja cannot compile.
 pub(crate) fn syntax(template: &Template, error: &Error) -> Diagnostic {
     let detail = error.detail().map_or_else(|| error.kind().to_string(), str::to_owned);
     diagnostic(template, &detail, range(template, error))
@@ -78,7 +78,7 @@ pub(crate) fn range(template: &Template, error: &Error) -> Option<Range<usize>> 
     Some(start + indent..start + length)
 }
 
-/// Returns the diagnostic for a template that the engine rejects. `detail` is the engine's message.
+/// Returns the diagnostic for a template that minijinja rejects. `detail` is minijinja's message.
 pub(crate) fn diagnostic(template: &Template, detail: &str, place: Option<Range<usize>>) -> Diagnostic {
     let span = |range: Range<usize>| Span::new(template.file, range);
     let error = |range: Range<usize>, message: &str| {

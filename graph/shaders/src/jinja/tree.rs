@@ -38,12 +38,12 @@ pub(crate) struct Names {
 #[derive(Clone, Debug)]
 pub(crate) struct Compared {
     pub(crate) variable: String,
-    /// The literal's value; its byte range is in `range`.
+    /// The value of the literal; `range` is its byte range in the template.
     pub(crate) literal: minijinja::Value,
     pub(crate) range: Range<usize>,
 }
 
-/// A template with inserted size checks, ready for the engine.
+/// A template with inserted size checks, ready for minijinja.
 #[derive(Clone, Debug)]
 pub(crate) struct Prepared {
     pub(crate) text: String,
@@ -86,7 +86,8 @@ pub(crate) fn prepare(text: &str) -> Prepared {
     prepared
 }
 
-/// Returns the required insertions, sorted by offset, and the names. Empty if the engine cannot parse the template.
+/// Returns the required insertions, sorted by offset, and the names in the template. Both are empty if minijinja cannot
+/// parse the template.
 fn read(text: &str) -> (Vec<(usize, String)>, Names) {
     let Ok(template) = parse(text, "", syntax()) else { return Default::default() };
     let mut found = Found::default();
@@ -126,7 +127,7 @@ impl Found {
         }
     }
 
-    /// Records the comparison of a variable with `with`, if all values there are literals.
+    /// Records the comparison of a variable with the values `with`, if all of them are literals.
     fn compared(&mut self, variable: &Expr<'_>, with: &[Expr<'_>]) {
         let Expr::Var(variable) = variable else { return };
         let literal = |one: &Expr<'_>| match one {
@@ -356,7 +357,7 @@ fn range(span: Span) -> Range<usize> {
     span.start_offset as usize..span.end_offset as usize
 }
 
-/// The byte offset of the start of an expression. The engine's own span covers only the last link of a chain.
+/// The byte offset of the start of an expression. The span that minijinja records covers only the last link of a chain.
 fn start(one: &Expr<'_>) -> usize {
     match one {
         Expr::Filter(filter) => filter.expr.as_ref().map_or(one.span().start_offset as usize, start),

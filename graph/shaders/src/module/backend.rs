@@ -21,14 +21,15 @@ use crate::written::rejection::{Rejection, Scope, one_line};
 /// A module translated to a target's shading language.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Emitted {
-    /// Source code. For GLSL this is one shader per entry point, each after a comment with the entry point's name.
+    /// Source code in the target's language. For GLSL this is one shader per entry point, each after a comment with the
+    /// entry point's name.
     Text(String),
     /// A SPIR-V module as 32-bit words.
     Words(Vec<u32>),
 }
 
 impl Emitted {
-    /// Returns the contents of a file: source code as UTF-8, or SPIR-V words in little-endian order.
+    /// Returns the bytes to write to a file: source code as UTF-8, or SPIR-V words in little-endian order.
     pub fn to_bytes(&self) -> Vec<u8> {
         match self {
             Emitted::Text(text) => text.clone().into_bytes(),
@@ -37,11 +38,11 @@ impl Emitted {
     }
 }
 
-/// Help for reads of depth textures that GLSL cannot express.
+/// The help text for reads of depth textures that GLSL cannot express.
 const AS_NUMBERS: &str =
     "declare the texture as texture_2d<f32>, and read it by textureLoad or through a nearest sampler";
 
-/// Translates a validated module without overrides.
+/// Translates a validated module, in which no overrides are left, to a shading language.
 ///
 /// # Errors
 /// A rejection if the language cannot express the module.

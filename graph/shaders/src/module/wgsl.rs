@@ -38,10 +38,10 @@ use crate::written::rejection::Rejection;
 use crate::written::scopes;
 use crate::written::tokens::Tokens;
 
-/// The stack size in bytes for parsing and validating nested WGSL.
+/// The stack size, in bytes, of the thread that parses and validates deeply nested WGSL.
 pub(crate) const STACK_BYTES: usize = 32 << 20;
 
-/// Parses WGSL.
+/// Parses WGSL to a naga module.
 ///
 /// # Errors
 /// The rejection by naga, or by a check of WGSL rules that naga omits.
@@ -60,7 +60,7 @@ pub(crate) fn parse(text: &str) -> Result<Module, Rejection> {
     Ok(module)
 }
 
-/// Validates a parsed module.
+/// Validates a parsed module with naga and with additional checks of WGSL rules.
 ///
 /// # Errors
 /// The rejection by naga, or by a check of WGSL rules that naga omits.

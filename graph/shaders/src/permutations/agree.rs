@@ -27,10 +27,10 @@ use crate::written::stages;
 use umbragraph_text::diagnostic::{AxisValue, AxisValues, Diagnostic, Place, describe, select_axes};
 use umbragraph_text::source::Span;
 
-/// The maximum number of variants per side that are searched for the most similar pair.
+/// The maximum number of variants with one of two conflicting bindings that are searched for the most similar pair.
 const MAX_CANDIDATES: usize = 256;
 
-/// One variant of a template.
+/// One variant of a template, with its reflection.
 #[derive(Clone, Copy)]
 struct Member<'a> {
     /// The index of the request, and the index of the WGSL module within the request.
@@ -101,7 +101,8 @@ fn layout<'a>(member: &Member<'a>, own: &[&str]) -> Layout<'a> {
     own.iter().map(|name| member.values.get(*name)).collect()
 }
 
-/// Returns `true` if two variants may use the same bind-group layout: no axis has different values in them.
+/// Returns `true` if two variants may use the same bind-group layout: no axis marked `own_layout` has different values
+/// in them.
 fn meet(one: &Layout<'_>, other: &Layout<'_>) -> bool {
     one.iter().zip(other).all(|pair| !matches!(pair, (Some(one), Some(other)) if one != other))
 }

@@ -24,8 +24,8 @@ use crate::written::rejection::{Rejection, Scope};
 use crate::written::stages;
 use umbragraph_text::diagnostic::AxisValues;
 
-/// Adds to a rejection the override values that cause it and its place in the WGSL. `at` is the index of the failing
-/// set of values.
+/// Adds to a rejection the override values that cause it, and its place in the WGSL. `at` is the index of the set of
+/// override values that fails.
 pub(super) fn blame(
     text: &str,
     (module, info): (&Module, &ModuleInfo),
@@ -54,8 +54,8 @@ pub(super) fn blame(
     Rejection { range: declared(), overrides, scope: Scope::Text, ..rejection }
 }
 
-/// Returns an inclusion-minimal subset of the values of set `at` with which `fails` returns `true`. Empty if every set
-/// fails.
+/// Returns an inclusion-minimal subset of the override values of set `at` with which `fails` returns `true`. Empty if
+/// every set fails.
 pub(super) fn provoking(sets: &[Set], at: usize, fails: &dyn Fn(&AxisValues) -> bool) -> AxisValues {
     let (Some(failing), Some(passing)) = (sets.get(at), sets.iter().find(|set| !fails(&set.values))) else {
         return AxisValues::new();

@@ -20,17 +20,20 @@ use crate::variant::compile::{self, Rendered, ShaderModule};
 use umbragraph_text::diagnostic::{AxisValues, Diagnostic};
 
 type Made = Result<Arc<ShaderModule>, Vec<Diagnostic>>;
-/// Modules without warnings, keyed by template and axis values, each with the capabilities that it was validated with.
+/// Shader modules without warnings, keyed by template and axis values. Each has the naga capabilities that it was
+/// validated with.
 type Shared = BTreeMap<(String, AxisValues), Vec<(Capabilities, Arc<ShaderModule>)>>;
-/// A query of [`declares`]: template, fixed axis values, binding, and optionally a member of the binding's block.
+/// A cached query of [`declares`]: template, fixed axis values, binding, and optionally a member of the binding's
+/// block.
 type Question = (String, AxisValues, String, Option<String>);
 
-/// The WGSL modules of a survey, which only needs reflections.
+/// The WGSL modules of a survey. A survey visits many configurations before all variants are validated, and only needs
+/// reflections.
 #[derive(Debug, Default)]
 struct Texts {
     /// Rendered WGSL, keyed by template and the values of its template axes.
     rendered: HashMap<(String, AxisValues), Arc<Rendered>>,
-    /// Modules keyed by the hash of their WGSL, with the capabilities that each was validated with.
+    /// Modules keyed by the BLAKE3 hash of their WGSL, with the naga capabilities that each was validated with.
     modules: HashMap<[u8; 32], Vec<(Capabilities, Arc<ShaderModule>)>>,
 }
 
@@ -43,12 +46,12 @@ pub struct ShaderCache {
     /// Modules that caches of several profiles share.
     shared: Arc<Mutex<Shared>>,
     declared: Arc<Mutex<BTreeMap<Question, Option<AxisValues>>>>,
-    /// The WGSL modules of a survey, shared between profiles; `None` for an ordinary cache.
+    /// The WGSL modules that the caches of a survey share between profiles; `None` for a cache outside of a survey.
     texts: Option<Arc<Mutex<Texts>>>,
 }
 
 impl ShaderCache {
-    /// Creates an empty cache.
+    /// Creates an empty cache for one target profile.
     pub fn new(templates: &Arc<TemplateSet>, profile: &TargetProfile) -> Self {
         let (templates, profile) = (templates.clone(), profile.clone());
         Self {
@@ -61,8 +64,8 @@ impl ShaderCache {
         }
     }
 
-    /// Creates an empty cache for a survey: modules are compiled once for all override values, since all variants are
-    /// validated later.
+    /// Creates an empty cache for a survey, which visits many configurations. Modules are compiled once for all
+    /// override values, since all variants are validated later.
     pub fn of_survey(templates: &Arc<TemplateSet>, profile: &TargetProfile) -> Self {
         Self { texts: Some(Arc::default()), ..Self::new(templates, profile) }
     }
@@ -120,7 +123,7 @@ impl ShaderCache {
         module
     }
 
-    /// Returns a module of another profile that is valid for this profile too, or compiles a new one.
+    /// Returns a module compiled for another profile if it is valid for this profile too; otherwise compiles a new one.
     fn compiled(&self, key: &(String, AxisValues)) -> Made {
         let own = self.profile.capabilities;
         let mut shared = self.shared.lock().unwrap_or_else(PoisonError::into_inner);
@@ -135,7 +138,7 @@ impl ShaderCache {
         Ok(new)
     }
 
-    /// Compiles a module for a survey. The override values of a reused module are not validated.
+    /// Compiles a module for a survey. Override values of a module that is already in the cache are not validated.
     fn surveyed(&self, texts: &Mutex<Texts>, template: &str, values: &AxisValues) -> Made {
         let (templates, own) = (&self.templates, self.profile.capabilities);
         let values = compile::complete(templates, template, values)?;

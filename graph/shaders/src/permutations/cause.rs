@@ -13,7 +13,7 @@ use crate::axes::Space;
 use crate::written::rejection::Excess;
 use umbragraph_text::diagnostic::{AxisValues, Count, Diagnostic, Extent, Place, describe, list_of};
 
-/// A failure shared by some paths ("leaves") of one template.
+/// A failure shared by some leaves of one template. A leaf is one path through the template's branches.
 #[derive(Clone, Debug)]
 pub(crate) struct Failure {
     /// The diagnostic as reported for the first variant.
@@ -39,8 +39,8 @@ impl Failure {
     }
 }
 
-/// A root cause in progress: its first diagnostic, the first and the largest amount over a limit, and its effect per
-/// template.
+/// A root cause to which failures are still added: its first diagnostic, the first and the largest amount over a limit,
+/// and its effect per template.
 struct Found {
     diagnostic: Diagnostic,
     amount: u64,
@@ -48,18 +48,19 @@ struct Found {
     effects: Vec<Effect>,
 }
 
-/// The leaves of a template and the data to measure the extent of failures.
+/// The leaves (paths) of a template, and the data to measure how many variants a failure affects.
 pub(crate) struct Ground<'a> {
     pub(crate) template: &'a str,
     pub(crate) space: &'a Space,
     pub(crate) leaves: &'a [Leaf],
-    /// Axes whose values are combined with all others, each with a description of the source of its values.
+    /// Axes whose values are combined with all others although some combinations may never occur. Maps each axis to a
+    /// description of the source of its values.
     pub(crate) assumed: &'a BTreeMap<String, String>,
     /// The names of all profiles that were checked.
     pub(crate) profiles: BTreeSet<String>,
 }
 
-/// The effect of a root cause in one template.
+/// The effect of a root cause in one template: the affected variants and the axis values that cause it.
 struct Effect {
     extent: Extent,
     /// Whether only some of the checked profiles fail.

@@ -6,26 +6,27 @@ use super::compose::{Composition, State, wanted_bits};
 use super::cover::cover;
 use super::units::{Profiles, Units};
 
-/// A part of a WGSL module that is not validated yet.
+/// A part of a WGSL module that is not validated yet: a validation unit (see `units`) or a declaration.
 #[derive(Clone, Copy)]
 enum Part {
     Unit,
-    /// A declaration whose unit is not known yet.
+    /// A declaration whose validation unit is not known yet.
     Open,
-    /// A unit that no entry point of a validated module has reached yet.
+    /// A validation unit that no entry point of a validated module has reached yet.
     Reached,
 }
 
 /// The modules that are validated in the next round.
 pub(super) struct Chosen {
-    /// Indices of modules whose result also validates their units.
+    /// The indices of modules whose result also applies to their validation units.
     pub(super) of_units: BTreeSet<usize>,
-    /// Indices of modules that are validated as a whole, without splitting them into units.
+    /// The indices of modules that are validated without splitting them into units.
     pub(super) alone: Vec<usize>,
 }
 
 impl Composition<'_> {
-    /// Chooses the modules of the next round among every `step`th one. Empty if all of these are settled.
+    /// Chooses the modules of the next round among those whose index is a multiple of `step`. Empty if validation of
+    /// all of these is complete.
     pub(super) fn choose(&mut self, exhaustive: bool, step: usize) -> Chosen {
         let (mut alone, mut open) = (Vec::new(), Vec::new());
         for at in (0..self.texts.len()).step_by(step) {

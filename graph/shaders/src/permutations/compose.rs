@@ -45,7 +45,7 @@ use crate::targets::profile::TargetProfile;
 use umbragraph_text::diagnostic::{AxisValues, Diagnostic, Place};
 use umbragraph_text::source::Span;
 
-/// The number of modules above which a sample is validated first. Tests use a lower number.
+/// The number of distinct modules above which a sample of them is validated first. Tests use a lower number.
 const MANY_TEXTS: usize = if cfg!(test) { 320 } else { 1 << 10 };
 
 /// A distinct generated WGSL module.
@@ -62,16 +62,16 @@ pub(super) struct Text<'a> {
 #[derive(Default)]
 pub(super) struct State {
     pub(super) units: Vec<u32>,
-    /// Declarations that call a function whose summary is not known yet.
+    /// The ids of declarations that call a function whose summary is not known yet.
     pub(super) open: Vec<u32>,
     pub(super) module: Option<u32>,
     /// Whether validation of the module is complete.
     pub(super) is_settled: bool,
-    /// Findings that belong to no unit; `None` if the module was not validated itself.
+    /// The findings from validating the module itself, which belong to no unit; `None` if it was not validated itself.
     pub(super) own: Option<Own>,
 }
 
-/// The findings from validating a module itself.
+/// The findings from validating a module itself, instead of deriving its result from its units.
 #[derive(Default)]
 pub(super) struct Own {
     pub(super) refusals: Vec<Refusal>,
@@ -79,7 +79,7 @@ pub(super) struct Own {
     pub(super) costs: Costs,
 }
 
-/// All distinct modules and the state of their validation.
+/// All distinct WGSL modules and the state of their validation.
 pub(super) struct Composition<'a> {
     pub(super) templates: &'a TemplateSet,
     pub(super) explored: Vec<Explored<'a>>,
@@ -88,10 +88,10 @@ pub(super) struct Composition<'a> {
     pub(super) profiles: Arc<[&'a TargetProfile]>,
     pub(super) units: Units,
     pub(super) overrides: Vec<Overrides>,
-    /// Whether naga's reflection of a module differed from the one derived from its declarations. Units are then not
-    /// used.
+    /// Whether naga's reflection of a module differed from the one derived from its declarations. Validation by units
+    /// is then switched off.
     pub(super) is_irregular: bool,
-    /// The error message of each external validator that cannot run, keyed by its index.
+    /// The error messages of the external validators that cannot run, keyed by the validator's index.
     pub(super) unavailable: BTreeMap<usize, String>,
     /// The number of modules that were passed to naga.
     pub(super) proven: usize,
@@ -172,17 +172,17 @@ pub(super) fn compose<'a>(
 }
 
 impl<'a> Composition<'a> {
-    /// The storage key for results, which contains the profiles since results refer to them by index.
+    /// The storage key for validation results. It contains the profiles, since results refer to them by index.
     fn key(&self) -> String {
         format!("{:?}", self.profiles)
     }
 
-    /// Loads the results of earlier runs from `keep`.
+    /// Loads the validation results of earlier runs from `keep`.
     pub(super) fn recall(&mut self, keep: &dyn Keep) {
         self.units.kept = Some(Kept::of(keep.get(&self.key())));
     }
 
-    /// Stores the results for later runs in `keep`.
+    /// Stores the validation results for later runs in `keep`.
     pub(super) fn remember(&mut self, keep: &dyn Keep) {
         if let Some(kept) = self.units.kept.take().filter(|_| !self.is_irregular)
             && let Some(bytes) = kept.with(&self.units.all)
@@ -196,13 +196,14 @@ impl<'a> Composition<'a> {
         self.explored.get(text.at.0).map_or("", |each| each.request.template.as_str())
     }
 
-    /// Validates modules until all are settled. A sample goes first, since its units cover most of the others.
+    /// Validates modules until the result of every module is known. A sample goes first, since its units cover most of
+    /// the others.
     pub(super) fn prove(&mut self, options: &Options<'_>) {
         let steps: &[usize] = if self.texts.len() > MANY_TEXTS { &[64, 8, 1] } else { &[1] };
         steps.iter().for_each(|step| self.prove_each(*step, options));
     }
 
-    /// Validates modules until every `step`th one is settled.
+    /// Validates modules until the result of each module whose index is a multiple of `step` is known.
     fn prove_each(&mut self, step: usize, options: &Options<'_>) {
         loop {
             let Chosen { of_units, alone } = self.choose(options.exhaustive, step);
@@ -247,7 +248,8 @@ impl<'a> Composition<'a> {
         }
     }
 
-    /// Marks a chosen module as settled. A module that could not be rendered again identically counts as invalid.
+    /// Marks the validation of a chosen module as complete. A module that could not be rendered again identically
+    /// counts as invalid.
     fn settle(&mut self, at: usize, is_cancelled: bool) {
         let Some(text) = self.texts.get(at) else { return };
         let template = self.template(text);

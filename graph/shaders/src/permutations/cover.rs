@@ -3,8 +3,8 @@
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashSet};
 
-/// Selects a small set of modules that together contain every part. Takes pairs of index and parts; returns indices in
-/// ascending order.
+/// Selects a small set of modules that together contain every part. Takes pairs of a module's index and its parts.
+/// Returns the selected indices in ascending order.
 pub(super) fn cover(texts: &[(usize, Vec<u64>)]) -> Vec<usize> {
     let mut held: HashSet<u64> = HashSet::new();
     // Gains only fall, so the best is known as soon as it is still the best after its gain is worked out again.

@@ -20,12 +20,13 @@ use crate::written::text_map::Origin;
 use umbragraph_text::diagnostic::{AxisValue, Diagnostic};
 use umbragraph_text::source::{FileId, Span};
 
-/// The maximum number of paths that are compared in pairs; with more, every axis that is read counts as used.
+/// The maximum number of paths through a template that are compared in pairs. With more paths, every axis that is read
+/// counts as used.
 const MAX_COMPARED: usize = 1 << 10;
 /// The maximum number of paths that are rendered again with markers, to find literal text inside macros and blocks.
 const MAX_MARKED: usize = 1 << 11;
 
-/// The maximum number of paths per template in [`dead`].
+/// The maximum number of paths through a template that [`dead`] explores.
 const MAX_LOOKED_AT: usize = 1 << 10;
 
 /// An explored template.

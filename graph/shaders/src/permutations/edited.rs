@@ -63,7 +63,7 @@ pub fn variants(templates: &TemplateSet, request: &Request) -> (Vec<Variant>, Ve
 }
 
 impl Variant {
-    /// The WGSL.
+    /// The generated WGSL of the variant.
     pub fn wgsl(&self) -> &str {
         &self.source.wgsl
     }

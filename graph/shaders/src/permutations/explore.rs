@@ -33,7 +33,8 @@ use crate::codes;
 use crate::jinja::guard;
 use crate::rendering::templates::TemplateSet;
 
-/// The maximum number of paths through one template.
+/// The maximum number of paths through one template. A path is one choice of values for the axes that a rendering
+/// reads.
 const MAX_PATHS: usize = 1 << 16;
 /// The number of paths above which a template is divided into parts. Division costs as much as some dozens of
 /// renderings.
@@ -42,12 +43,13 @@ const MANY_PATHS: usize = 64;
 const MAX_TEXTS: usize = 1 << 15;
 /// The maximum total size of a template's distinct modules in bytes.
 const MAX_BYTES: usize = 512 << 20;
-/// The factor for these limits if modules are joined from rendered parts, which is much faster.
+/// The factor by which the limits on paths, modules and bytes are higher if modules are joined from rendered parts,
+/// which is much faster.
 const JOINED: usize = 8;
-/// The maximum number of values up to which all values of an axis are explored.
+/// The maximum number of values of an axis up to which all of them are explored.
 const MAX_VALUES: u64 = 1 << 14;
 
-/// One path through a template: the result of one rendering.
+/// One path through a template's branches: the result of one rendering.
 #[derive(Clone, Debug)]
 pub(crate) struct Leaf {
     /// The values of the axes that were read on the path.
@@ -111,14 +113,15 @@ impl Exploration {
     }
 }
 
-/// A branch to continue later: the values decided before, the axis, and the index of its next value.
+/// A branch of the exploration to continue later: the axis values decided before, the axis, and the index of its next
+/// value.
 struct Pending {
     decided: AxisValues,
     axis: String,
     next: u64,
 }
 
-/// An exploration in progress.
+/// The state of exploring the paths through one template.
 pub(crate) struct Explorer<'a> {
     set: &'a TemplateSet,
     template: &'a str,
@@ -374,7 +377,8 @@ fn first_possible(
     None
 }
 
-/// Returns the values of an axis to explore: all, or above [`MAX_VALUES`] only the first, default and last one.
+/// Returns the values of an axis to explore: all, or only the first, default and last one if there are more than
+/// [`MAX_VALUES`].
 fn narrowed<'d>(space: &Space, axis: &str, domain: &'d Domain) -> Cow<'d, Domain> {
     if domain.count() <= MAX_VALUES {
         return Cow::Borrowed(domain);

@@ -14,7 +14,7 @@ use crate::written::rejection::{Rejection, Scope};
 use crate::written::text_map::Source;
 use umbragraph_text::diagnostic::{Diagnostic, Place};
 
-/// Returns the verdict of each external validator on a module. Modules that naga rejects are not passed to validators.
+/// Returns the result of each external validator for a module. Modules that naga rejects are not passed to validators.
 pub(super) fn judge(task: &Task<'_>, proof: &Proof, validators: &[&dyn Validator]) -> Vec<Opinion> {
     let accepted = proof.is_accepted(&task.subject);
     let judge = |each: &&dyn Validator| {

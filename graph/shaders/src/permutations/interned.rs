@@ -27,13 +27,14 @@ pub(super) struct Declared {
     pub(super) visible: Vec<Id>,
     pub(super) mentions: Vec<Id>,
     pub(super) is_of_whole: bool,
-    /// An upper bound on the number of statements; `None` if the declaration alone is too large.
+    /// An upper bound on the number of statements in the declaration; `None` if the declaration exceeds a size limit by
+    /// itself.
     pub(super) statements: Option<usize>,
 }
 
 impl Declarations {
-    /// Interns the declarations of a module. `before` holds those of the previous module, of which `common` are the
-    /// same.
+    /// Interns the declarations of a module. `before` holds the declaration ids of the previous module. `common` are
+    /// the numbers of equal declarations at the start and end of the two modules.
     ///
     /// Also returns whether the module can be validated by declarations. This requires unique names, directives only
     /// at the start, no declaration that affects the whole module, and a limited size.

@@ -15,7 +15,7 @@ use super::units::{Profiles, Unit};
 use crate::reflection::{Binding, EntryPoint};
 use crate::rules::summary::Summary;
 
-/// The maximum number of stored units; above it, those of earlier runs are dropped.
+/// The maximum number of stored validation units; above it, the units of earlier runs are dropped.
 const MAX_UNITS: usize = 1 << 16;
 
 /// A store for validation results from one run to the next.
@@ -27,7 +27,7 @@ pub trait Keep: Sync {
     fn put(&self, name: &str, bytes: &[u8]);
 }
 
-/// The units that earlier runs have validated, keyed by the hexadecimal hash of each unit.
+/// The validation units that earlier runs have checked, keyed by the hexadecimal hash of each unit.
 #[derive(Debug)]
 pub(super) struct Kept(BTreeMap<String, Record>);
 

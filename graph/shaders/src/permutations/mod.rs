@@ -85,7 +85,7 @@ pub struct Options<'a> {
     /// Whether to report axes without effect and template text in no variant. Set it only if the requests cover every
     /// configuration of the templates.
     pub report_dead: bool,
-    /// Files that are also used outside the requests; nothing in them is reported as dead.
+    /// Files whose templates are also used outside of the requests; no text in them is reported as unused.
     pub shared: BTreeSet<FileId>,
     /// The progress callback: number of settled modules, and number of known modules. Any thread may call it.
     pub progress: &'a (dyn Fn(usize, usize) + Sync),

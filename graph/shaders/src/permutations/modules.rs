@@ -24,12 +24,13 @@ use crate::rules::limits;
 use crate::rules::summary::Summary;
 use crate::written::declarations::Kind;
 
-/// The origin of a texture or sampler: the id of a variable, or an argument's index with the bit [`ARGUMENT`].
+/// The origin of a texture or sampler: the id of a module-scope variable, or an argument's index with the bit
+/// [`ARGUMENT`] set.
 type Root = u32;
 const ARGUMENT: Root = 1 << 31;
 const UNKNOWN: Root = Root::MAX;
 
-/// The resources, sampled pairs, calls and costs of one function's own body.
+/// The resources, sampled pairs, calls and costs of one function, without those of the functions that it calls.
 #[derive(Debug, Default)]
 pub(super) struct Used {
     globals: Vec<Id>,
@@ -66,7 +67,7 @@ impl Used {
 #[derive(Debug, Default)]
 struct Reached {
     entry: Id,
-    /// The units of the used variables.
+    /// The ids of the validation units of the variables that the entry point uses.
     variables: Vec<Id>,
     sampled: Vec<(Id, Id)>,
 }

@@ -17,7 +17,7 @@ use crate::written::ir;
 use crate::written::rejection::Rejection;
 use umbragraph_text::diagnostic::{AxisValue, AxisValues};
 
-/// Values for all override axes, and the same values as the module's pipeline constants.
+/// One value for each override axis, and the same values as pipeline constants of the module.
 pub(super) struct Set {
     pub(super) values: AxisValues,
     pub(super) constants: PipelineConstants,
@@ -42,8 +42,8 @@ pub(super) fn sets(axes: &Axes, values: &[AxisValues], module: &Module) -> Resul
     Ok(sets)
 }
 
-/// Returns three sets of values: all defaults, all minimums, all maximums. Only an empty set if there are no override
-/// axes.
+/// Returns three sets of override values: all defaults, all minimums, all maximums. If there are no override axes,
+/// returns one empty set.
 pub(super) fn values(axes: &Axes) -> Vec<AxisValues> {
     let overrides: Vec<_> = axes.iter().filter(|axis| axis.mode == AxisMode::Override).collect();
     let defaults: AxisValues =
@@ -66,7 +66,7 @@ pub(super) fn values(axes: &Axes) -> Vec<AxisValues> {
     vec![defaults, ends(false), ends(true)]
 }
 
-/// A string per override axis that identifies its tried values; results for the override depend on it.
+/// For each override axis, a string that identifies its tried values; validation results for the override depend on it.
 pub(super) fn by_name(axes: &Axes) -> BTreeMap<&str, String> {
     let overrides = axes.iter().filter(|axis| axis.mode == AxisMode::Override);
     overrides.map(|axis| (axis.name.as_str(), format!("{:?} {:?}", axis.kind, axis.default))).collect()

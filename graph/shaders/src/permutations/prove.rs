@@ -42,7 +42,7 @@ impl<'a> Subject<'a> {
     }
 }
 
-/// A WGSL module to validate.
+/// A WGSL module to validate, with the profiles and override values to validate it for.
 pub(crate) struct Task<'a> {
     pub(crate) source: Source,
     pub(crate) subject: Arc<Subject<'a>>,
@@ -64,11 +64,11 @@ impl<'a> Task<'a> {
 pub(crate) struct Proof {
     /// The rejections, each with the indices of the profiles that reject the module.
     pub(crate) rejections: Vec<(Rejection, Vec<usize>)>,
-    /// Advice: constructs that are valid but better avoided.
+    /// Advice about constructs in the WGSL that are valid but better avoided.
     pub(crate) advice: Vec<Rejection>,
-    /// Summaries by function name; `None` if no profile passes naga's validation.
+    /// The summaries of functions by name; `None` if naga's validation fails for every profile.
     pub(crate) summaries: Option<BTreeMap<String, Summary>>,
-    /// The reflection; `None` if no profile passes validation.
+    /// The reflection of the module; `None` if no profile passes validation.
     pub(crate) reflection: Option<Arc<Reflection>>,
 }
 

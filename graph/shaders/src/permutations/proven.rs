@@ -8,7 +8,7 @@ use super::request::Request;
 use crate::axes::Space;
 use crate::reflection::Reflection;
 
-/// An explored request.
+/// A request whose template paths have been explored.
 pub(super) struct Explored<'a> {
     pub(super) request: &'a Request,
     /// The index of the request among all requests.

@@ -25,7 +25,7 @@ pub struct Permutations {
     pub declarations: usize,
 }
 
-/// The report on one request.
+/// The report on one request: the variants of a template with their sizes, costs and coverage.
 #[derive(Clone, Debug, serde::Serialize)]
 #[non_exhaustive]
 pub struct TemplateReport {
@@ -46,7 +46,7 @@ pub struct TemplateReport {
     /// The number of combinations that the checked variants represent. It is lower than `configurations` if a limit
     /// was reached or a rendering failed.
     pub covered: Count,
-    /// The number of paths through the template; each is one rendering.
+    /// The number of paths through the template's branches; each path is one rendering.
     pub paths: usize,
     /// The explored values of each axis that a path reads.
     pub values: BTreeMap<String, BTreeSet<AxisValue>>,
@@ -71,10 +71,10 @@ pub type Costs = BTreeMap<String, Cost>;
 #[derive(Clone, Debug, serde::Serialize)]
 #[non_exhaustive]
 pub struct VariantReport {
-    /// The axis values on the first path that generates the module.
+    /// The axis values on the first template path that generates the module.
     #[serde(serialize_with = "shared")]
     pub axes: Arc<AxisValues>,
-    /// The number of paths that generate the module.
+    /// The number of template paths that generate the module.
     pub paths: usize,
     /// The number of axis-value combinations that generate the module.
     pub configurations: Count,
@@ -92,12 +92,12 @@ pub struct VariantReport {
     pub reflection: Option<Arc<Reflection>>,
 }
 
-/// The size that one axis value adds to the module with all defaults.
+/// The change in size that one axis value causes, compared to the module with all defaults.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct ValueBytes {
-    /// The name of the axis.
+    /// The name of the axis whose value is changed.
     pub axis: String,
-    /// The value.
+    /// The value of the axis.
     pub value: AxisValue,
     /// The change of the WGSL's size in bytes; negative if the module becomes smaller.
     pub bytes: i64,

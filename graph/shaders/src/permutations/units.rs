@@ -33,10 +33,10 @@ pub(super) fn bit(profile: usize) -> Profiles {
     1 << profile.min(Profiles::BITS as usize - 1)
 }
 
-/// An error or warning about a unit or a module.
+/// An error or warning about a validation unit or a module.
 #[derive(Clone, Debug)]
 pub(super) struct Refusal {
-    /// The diagnostic as reported for the first module.
+    /// The diagnostic as reported for the first module with the finding.
     pub(super) diagnostic: Diagnostic,
     pub(super) profiles: Profiles,
     pub(super) excess: Option<Excess>,
@@ -48,7 +48,7 @@ pub(super) struct Refusal {
 
 #[derive(Debug, Default)]
 pub(super) struct Unit {
-    /// The hash of everything that the unit consists of; the same in every run.
+    /// The hash of everything that the validation unit consists of; the same in every run.
     pub(super) hash: Hash,
     /// The profiles that have accepted a module with this unit.
     pub(super) accepted: Profiles,
@@ -57,7 +57,8 @@ pub(super) struct Unit {
     pub(super) summary: Option<Arc<Summary>>,
     /// The profiles that have accepted a module in which an entry point reaches the unit.
     pub(super) reached: Profiles,
-    /// The id of everything that dependent declarations see of the unit; `None` if not known yet.
+    /// The id of the part of the unit that its dependents rely on, such as a function's signature; `None` if not known
+    /// yet.
     pub(super) interface: Option<Id>,
     /// The resources that a function uses, derived from its summary.
     pub(super) used: Option<Used>,
@@ -65,11 +66,11 @@ pub(super) struct Unit {
     pub(super) binding: Option<Binding>,
     /// The reflection of an entry point, without the resources that it uses.
     pub(super) entry_point: Option<EntryPoint>,
-    /// The reflection of every module with this interface.
+    /// For a unit that is a module's interface, the reflection of every module with this interface; otherwise `None`.
     pub(super) reflection: Option<Arc<Reflection>>,
-    /// The name of the first declaration; `None` for units that are no declarations.
+    /// The name of the first declaration; `None` for a unit that is not made of declarations.
     pub(super) name: Option<Id>,
-    /// Whether the result follows from other units and is therefore not stored.
+    /// Whether the result follows from other units, so that it is not stored between runs.
     pub(super) follows: bool,
 }
 
@@ -95,13 +96,13 @@ pub(super) enum Key {
     Stages(Box<[Id]>),
 }
 
-/// The units of one module.
+/// The validation units of one module.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Resolved {
     pub(super) units: Vec<Id>,
     /// The unit of each declaration, in the same order; `None` if not known yet.
     pub(super) of_declarations: Vec<Option<Id>>,
-    /// Declarations that call a function whose summary is not known yet.
+    /// The ids of declarations that call a function whose summary is not known yet.
     pub(super) open: Vec<Id>,
     /// The unit of the module's interface; `None` if not derived yet.
     pub(super) module: Option<Id>,
@@ -112,7 +113,7 @@ pub(super) struct Resolved {
 /// Override axes: the id of each name, and the interface id for its tried values.
 pub(super) type Overrides = HashMap<Id, Id>;
 
-/// The units of all modules.
+/// The validation units of all modules: declarations with everything that they depend on, each validated once.
 #[derive(Debug, Default)]
 pub(super) struct Units {
     pub(super) all: Vec<Unit>,
@@ -127,9 +128,9 @@ pub(super) struct Units {
     directives: Id,
     /// The distinct reflections of interfaces.
     pub(super) reflections: HashSet<Arc<Reflection>>,
-    /// For each declaration, the interfaces that it last saw and the resulting unit.
+    /// For each declaration, the interfaces it was last resolved with and the resulting unit.
     last: Vec<Option<(Vec<Option<Id>>, Id)>>,
-    /// The units that earlier runs have validated; `None` without a store.
+    /// The units that earlier runs have validated; `None` if no store for results is used.
     pub(super) kept: Option<Kept>,
 }
 

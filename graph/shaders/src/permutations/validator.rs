@@ -2,7 +2,7 @@
 
 use umbragraph_text::diagnostic::Place;
 
-/// An external validator for modules that naga accepts. Several threads may call it.
+/// An external validator, such as another WGSL compiler, for modules that naga accepts. Several threads may call it.
 pub trait Validator: Sync {
     /// The name shown in diagnostics.
     fn name(&self) -> &str;

@@ -38,7 +38,7 @@ impl<'a> Composition<'a> {
         self.profiles.iter().position(|profile| *profile == own).map_or(0, bit)
     }
 
-    /// Returns the verdict on a module for the profiles in `wanted`.
+    /// Returns the verdict on a module for the profiles in the bit set `wanted`.
     pub(super) fn verdict(&self, wanted: Profiles, text: usize) -> Verdict {
         let Some(Text { state, .. }) = self.texts.get(text) else {
             return Verdict::default();

@@ -62,18 +62,18 @@ pub struct VertexInput {
     pub format: VertexFormat,
 }
 
-/// A color output of the fragment stage.
+/// A color output of a fragment stage.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 pub struct FragmentOutput {
     /// The `@location`: the index of the color attachment.
     pub location: u32,
-    /// The scalar kind of the components.
+    /// The scalar kind of the components: floating point or integer.
     pub kind: ScalarKind,
     /// The number of components: 1 to 4.
     pub components: u32,
 }
 
-/// The reflection of an entry point.
+/// The interface of an entry point: stage, inputs, outputs and used bindings.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 pub struct EntryPoint {
     /// The name of the entry point in the WGSL.

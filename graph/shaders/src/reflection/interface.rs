@@ -10,7 +10,7 @@ use wgpu_types::{BindingType, TextureSampleType};
 
 use super::{Binding, Reflection};
 
-/// A disagreement of two variants about a binding.
+/// A disagreement between two variants that declare one binding differently.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct InterfaceConflict {
     /// The index of the variant that declared the binding first.

@@ -43,7 +43,7 @@ impl Scalar {
     }
 }
 
-/// The memory layout of a type.
+/// The memory layout of a WGSL type.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum TypeLayout {

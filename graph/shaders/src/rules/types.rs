@@ -33,7 +33,7 @@ const MAX_CASES: usize = 16_383;
 const MAX_NESTING: usize = 255;
 const MAX_COMPONENTS: usize = 32_767;
 
-/// Properties of a type that include its components.
+/// Properties of a WGSL type that also cover its members and elements.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Parts {
     nesting: usize,

@@ -39,7 +39,7 @@ enum Open {
     Result(String),
 }
 
-/// The dependencies of a value.
+/// The sources that a value depends on: uniforms, other sources, and results that only other functions determine.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 struct Dependencies {
     known: Sources,

@@ -8,7 +8,7 @@ use wgpu_types::{DownlevelFlags, Features};
 
 use super::profile::TargetProfile;
 
-/// A capability that a target may have.
+/// A capability of a target: an optional WebGPU feature, or a part of WebGPU's core mode.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Capability {
     /// An optional feature of WebGPU.

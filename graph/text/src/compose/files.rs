@@ -28,7 +28,8 @@ pub trait Files {
         document::parse(sources, file).document
     }
 
-    /// Whether names that begin with `scheme` and `:` belong to this source, and are not paths relative to a folder.
+    /// Returns `true` if names that begin with `scheme` and `:` belong to this source, and are not paths relative to a
+    /// folder.
     fn has_scheme(&self, _scheme: &str) -> bool {
         false
     }

@@ -63,7 +63,7 @@ pub struct Composed {
     pub layers: BTreeMap<FileId, Layer>,
     /// The files of the document; the first is the pipeline file itself.
     pub files: Vec<FileId>,
-    /// The keys of `subgraphs` that are paths of subgraph files.
+    /// The keys under `subgraphs` that are paths of subgraph files.
     pub used: BTreeSet<String>,
 }
 

@@ -7,7 +7,7 @@
 
 use std::path::{Path, PathBuf};
 
-/// The root folders of a document, below which it may read files.
+/// The root folders below which a document may read files.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Roots(Vec<PathBuf>);
 
@@ -17,12 +17,12 @@ impl Roots {
         Self::below(document.parent().unwrap_or_else(|| Path::new("")))
     }
 
-    /// The working folder and `folder`.
+    /// The root folders for files in `folder`: the working folder and `folder`.
     pub fn below(folder: &Path) -> Self {
         Self::default().and(Path::new(".")).and(folder)
     }
 
-    /// Adds a folder, unless its path is empty or already in the list.
+    /// Adds a root folder, unless its path is empty or already in the list.
     #[must_use]
     pub fn and(mut self, folder: &Path) -> Self {
         let is_new = !folder.as_os_str().is_empty() && !self.0.iter().any(|known| known == folder);
@@ -30,7 +30,7 @@ impl Roots {
         self
     }
 
-    /// Adds the folders of `others`.
+    /// Adds the root folders of `others`.
     #[must_use]
     pub fn with(mut self, others: &Self) -> Self {
         let new = others.0.iter().filter(|folder| !self.0.contains(folder)).cloned().collect::<Vec<_>>();
@@ -38,7 +38,7 @@ impl Roots {
         self
     }
 
-    /// The folders. They need not exist.
+    /// The root folders; they need not exist.
     pub fn folders(&self) -> impl Iterator<Item = &Path> {
         self.0.iter().map(PathBuf::as_path)
     }

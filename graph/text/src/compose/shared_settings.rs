@@ -81,7 +81,8 @@ struct Section {
 struct Sharing<'s> {
     changes: &'s mut Changes,
     diagnostics: &'s mut Diagnostics,
-    /// Groups merged with those that they extend, by the span of their key; `None` for a group with an error.
+    /// Groups of settings merged with those that they extend, by the span of the group's key; `None` for a group with
+    /// an error.
     whole: BTreeMap<Span, Option<Value>>,
     /// The number of values copied from groups so far.
     values: usize,
@@ -213,8 +214,8 @@ impl Sharing<'_> {
     }
 }
 
-/// Whether a pass extends shared settings that are missing or broken. That error is already reported, and members that
-/// the pass lacks may follow from it.
+/// Returns `true` if a pass extends shared settings that are missing or broken. That error is already reported, and
+/// members that the pass lacks may follow from it.
 pub fn is_incomplete(pass: &Value) -> bool {
     pass.get("extends").is_some_and(|extends| matches!(extends.kind, Kind::Null))
 }

@@ -16,7 +16,7 @@ use crate::diagnostic::{Diagnostic, codes};
 use crate::document::{Entry, Kind, Value};
 use crate::source::Span;
 
-/// Whether the value of a pass's `use` key is the path of a subgraph file, not a name under `subgraphs`.
+/// Returns `true` if the value of a pass's `use` key is the path of a subgraph file, and not a name under `subgraphs`.
 pub fn is_path(used: &str) -> bool {
     used.ends_with(".json") || used.ends_with(".jsonc") || used.contains(['/', '\\'])
 }

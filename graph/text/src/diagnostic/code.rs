@@ -7,7 +7,7 @@
 /// example and a remedy.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Code {
-    /// The code itself, such as `UG0101`.
+    /// The code, such as `UG0101`.
     pub id: &'static str,
     /// The kind of diagnostic in a few words, in lower case.
     pub title: &'static str,

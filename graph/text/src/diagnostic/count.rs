@@ -10,7 +10,7 @@ use std::fmt;
 pub struct Count {
     /// The exact number if `exact` is `true`, otherwise a lower bound.
     pub number: u128,
-    /// Whether `number` is exact; `false` after an overflow or another cut-off.
+    /// Whether `number` is exact. `false` if it is only a lower bound, such as after an overflow.
     pub exact: bool,
 }
 

@@ -31,12 +31,12 @@ pub enum Severity {
     Error,
     /// The pipeline works, but probably not as meant.
     Warning,
-    /// Something worth knowing.
+    /// Additional information that needs no action.
     Note,
 }
 
 impl Severity {
-    /// The severity as a lower-case word, such as `error`.
+    /// The severity as a lower-case word: `error`, `warning` or `note`.
     pub fn name(self) -> &'static str {
         match self {
             Severity::Error => "error",
@@ -46,7 +46,7 @@ impl Severity {
     }
 }
 
-/// The place that a diagnostic points to.
+/// The place that a diagnostic refers to.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Place {
     /// A range of a source text.
@@ -125,7 +125,7 @@ pub struct Diagnostic {
     pub place: Place,
     /// The JSON pointer (RFC 6901) of the offending value if the place is in a document; otherwise empty.
     pub pointer: String,
-    /// Related places, each with a message.
+    /// Further places that belong to the diagnostic, each with a message.
     pub related: Vec<Related>,
     /// The affected shader variants, one entry for each template; empty for diagnostics that are not about shader
     /// variants.
@@ -157,7 +157,7 @@ impl Diagnostic {
         Self { severity: Severity::Warning, ..Self::error(code, place, message) }
     }
 
-    /// The code, place and message, by which [`Diagnostics::merge`] recognises equal diagnostics.
+    /// The code, place and message; diagnostics in which all three are equal count as duplicates.
     pub fn key(&self) -> (Code, Place, String) {
         (self.code, self.place.clone(), self.message.clone())
     }
@@ -172,7 +172,7 @@ impl Diagnostic {
         hasher.finish()
     }
 
-    /// Sets the severity.
+    /// Sets the severity of the diagnostic.
     #[must_use]
     pub fn severity(self, severity: Severity) -> Self {
         Self { severity, ..self }
@@ -211,7 +211,7 @@ impl Diagnostic {
         self.pointer(pointer)
     }
 
-    /// Sets the JSON pointer of the offending value.
+    /// Sets the JSON pointer (RFC 6901) of the offending value.
     #[must_use]
     pub fn pointer(mut self, pointer: impl Into<String>) -> Self {
         self.pointer = pointer.into();
@@ -272,17 +272,17 @@ impl Diagnostics {
         }
     }
 
-    /// Whether at least one of the diagnostics is an error.
+    /// Returns `true` if at least one of the diagnostics is an error.
     pub fn has_errors(&self) -> bool {
         self.list.iter().any(|diagnostic| diagnostic.severity == Severity::Error)
     }
 
-    /// The number of errors.
+    /// The number of diagnostics of severity error.
     pub fn error_count(&self) -> usize {
         self.list.iter().filter(|diagnostic| diagnostic.severity == Severity::Error).count()
     }
 
-    /// Whether there are no diagnostics at all.
+    /// Returns `true` if the list has no diagnostics.
     pub fn is_empty(&self) -> bool {
         self.list.is_empty()
     }

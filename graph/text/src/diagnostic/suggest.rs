@@ -17,7 +17,7 @@ pub(crate) const DID_YOU_MEAN: &str = "did you mean";
 const MIN_BEGUN: usize = 4;
 
 impl Diagnostic {
-    /// Whether the help text suggests a similar name ("did you mean …").
+    /// Returns `true` if the help text suggests a similar name ("did you mean …").
     pub fn has_suggestion(&self) -> bool {
         self.help.as_ref().is_some_and(|help| help.starts_with(DID_YOU_MEAN))
     }

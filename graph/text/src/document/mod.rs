@@ -31,7 +31,7 @@ use crate::source::Span;
 /// A parsed JSON document.
 #[derive(Clone, Debug)]
 pub struct Document {
-    /// The root value.
+    /// The value at the root of the document.
     pub root: Value,
 }
 
@@ -40,7 +40,7 @@ pub struct Document {
 pub struct Value {
     /// The span of the value in the source.
     pub span: Span,
-    /// The kind of the value with its contents.
+    /// The type of the value, with its contents.
     pub kind: Kind,
 }
 
@@ -66,7 +66,7 @@ pub enum Kind {
 /// A position in invalid JSON at which something is missing or wrong.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Hole {
-    /// The span of what is there instead; empty if nothing is.
+    /// The span of the unexpected source at the position; empty if nothing is there.
     pub place: Span,
     /// The expected syntax element.
     pub expected: Expected,
@@ -101,12 +101,12 @@ pub struct Entry {
     pub key: String,
     /// The span of the key in the source, quotes included.
     pub key_span: Span,
-    /// The value.
+    /// The value of the member.
     pub value: Value,
 }
 
 impl Value {
-    /// The members; `None` if this is no object.
+    /// The members of an object; `None` if this is no object.
     pub fn entries(&self) -> Option<&[Entry]> {
         match &self.kind {
             Kind::Object(entries) => Some(entries),
@@ -114,7 +114,7 @@ impl Value {
         }
     }
 
-    /// The elements; `None` if this is no array.
+    /// The elements of an array; `None` if this is no array.
     pub fn elements(&self) -> Option<&[Value]> {
         match &self.kind {
             Kind::Array(elements) => Some(elements),

@@ -43,7 +43,7 @@ use std::ops::Range;
 pub struct Edit {
     /// The byte range to replace; an empty range is an insertion.
     pub range: Range<usize>,
-    /// The new text.
+    /// The text that replaces the range; empty to remove the range.
     pub replacement: String,
 }
 
@@ -117,7 +117,7 @@ impl Edits {
         }
     }
 
-    /// Whether there are no edits.
+    /// Returns `true` if there are no edits.
     pub fn is_empty(&self) -> bool {
         self.list.is_empty()
     }

@@ -10,7 +10,7 @@ use crate::diagnostic::list_of;
 
 const MAX_LIST: usize = 65_536;
 
-/// The names visible to an expression, with their values.
+/// The names that an expression can use, with their values.
 pub trait Scope {
     /// Returns the value of a name, which may contain dots. `None` if the name has no value.
     fn lookup(&self, name: &str) -> Option<Value>;
@@ -19,13 +19,14 @@ pub trait Scope {
     fn borrow(&self, _name: &str) -> Option<&Value> {
         None
     }
-    /// Translates a reference written in this scope to one at the top level of the pipeline. They differ in subgraphs.
+    /// Translates a reference written in this scope to the name at the top level of the pipeline. The two names differ
+    /// in subgraphs.
     fn reference(&self, reference: &Reference) -> Reference {
         reference.clone()
     }
-    /// All visible names, from which suggestions for misspelt ones are made.
+    /// All visible names, from which suggestions for misspelt names are made.
     fn names(&self) -> Vec<String>;
-    /// Whether a name is declared, but has no value because its declaration has an error of its own.
+    /// Returns `true` if a name is declared, but has no value because its declaration has an error of its own.
     fn is_broken(&self, _name: &str) -> bool {
         false
     }
@@ -40,7 +41,7 @@ pub trait Scope {
     }
 }
 
-/// A function from names to values is a scope without a list of its names.
+/// Implements a scope by a function that returns the value of a name; the scope lists no names.
 impl<F: Fn(&str) -> Option<Value>> Scope for F {
     fn lookup(&self, name: &str) -> Option<Value> {
         self(name)

@@ -30,7 +30,7 @@ pub use words::unknown_word;
 
 use std::ops::Range;
 
-/// The value of an expression.
+/// The value of an expression in a pipeline document.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 #[serde(untagged)]
 pub enum Value {
@@ -38,9 +38,9 @@ pub enum Value {
     Bool(bool),
     /// A finite number.
     Number(f64),
-    /// A string: a member of an enumeration, or the name of a texture format.
+    /// A string: a word of an enumeration, or the name of a texture format.
     Text(String),
-    /// A list.
+    /// A list of values.
     List(Vec<Value>),
     /// A reference to a resource or published data, by its name at the top level of the pipeline.
     Reference(Reference),
@@ -167,23 +167,23 @@ impl Expression {
 /// The kind of an expression, with its operands.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ExpressionKind {
-    /// A literal.
+    /// A literal value, such as `1.5` or `true`.
     Literal(Value),
     /// A name, dots included: `viewport.width`.
     Name(String),
     /// A reference such as `&maps@draw`, by the names of the scope in which it is written.
     Reference(Reference),
-    /// `-x`, `!x`.
+    /// A unary operation: `-x`, `!x`.
     Unary(UnaryOperator, Box<Expression>),
-    /// `a + b`.
+    /// A binary operation: `a + b`.
     Binary(BinaryOperator, Box<Expression>, Box<Expression>),
-    /// `a ? b : c`.
+    /// A conditional: `a ? b : c`.
     Conditional(Box<Expression>, Box<Expression>, Box<Expression>),
-    /// `f(a, b)`.
+    /// A call of a built-in function: `f(a, b)`.
     Call(String, Vec<Expression>),
-    /// `list[index]`.
+    /// An element of a list: `list[index]`.
     Index(Box<Expression>, Box<Expression>),
-    /// `[a, b]`.
+    /// A list literal: `[a, b]`.
     List(Vec<Expression>),
 }
 
@@ -227,7 +227,7 @@ pub enum BinaryOperator {
     Or,
 }
 
-/// An error in parsing or evaluating an expression, with its byte range.
+/// An error in parsing or evaluating an expression.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ExpressionError {
     /// The byte range of the error in the expression's source string.
@@ -303,7 +303,7 @@ const fn function(
     Function { name, arguments, usage, description }
 }
 
-/// All functions, sorted by name.
+/// The built-in functions of the expression language, sorted by name.
 pub const FUNCTIONS: &[Function] = &[
     function("abs", (1, 1), "abs(x)", "the distance from zero, of each element of a list"),
     function(

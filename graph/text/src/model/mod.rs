@@ -26,7 +26,7 @@ use crate::document::{Document, Value};
 use crate::expression::{Expression, ExpressionKind};
 use crate::source::{FileId, Span};
 
-/// The identifier of a declaration in its [`Model`].
+/// The identifier of a declaration, valid within one [`Model`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Id(usize);
 
@@ -68,7 +68,7 @@ pub enum DeclarationKind {
 /// A named item that a document declares, such as a pass or a parameter.
 #[derive(Clone, Debug)]
 pub struct Declaration {
-    /// The kind of item.
+    /// The kind of the declared item.
     pub kind: DeclarationKind,
     /// The name as it is declared.
     pub name: String,
@@ -98,13 +98,13 @@ pub struct Text {
 }
 
 impl Text {
-    /// Whether one of the keys that lead from the declaration to the string is `key`.
+    /// Returns `true` if one of the keys that lead from the declaration to the string is `key`.
     pub fn is_under(&self, key: &str) -> bool {
         self.keys.iter().any(|one| one == key)
     }
 }
 
-/// A place where a name is used.
+/// A place in a document where a declared name is used.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Use {
     /// The span of the name where it is used.
@@ -115,7 +115,7 @@ pub struct Use {
     pub within: Id,
 }
 
-/// The declarations of a document, its strings, and the resolved uses of names.
+/// An index of a document: its declarations, its strings, and the resolved uses of names.
 #[derive(Clone, Debug, Default)]
 pub struct Model {
     declarations: Vec<Declaration>,
@@ -150,7 +150,7 @@ impl Model {
         model
     }
 
-    /// All declarations with their identifiers.
+    /// Iterates over all declarations with their identifiers.
     pub fn declarations(&self) -> impl Iterator<Item = (Id, &Declaration)> {
         self.declarations.iter().enumerate().map(|(at, one)| (Id(at), one))
     }

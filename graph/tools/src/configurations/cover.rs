@@ -17,34 +17,34 @@ use umbragraph_pipeline::source::Span;
 /// The maximum number of settings for which pairs of values are covered.
 pub(super) const MAX_PAIRED: usize = 128;
 
-/// The maximum number of values, besides the given ones, for which pairs are covered.
+/// The maximum number of non-default values, over all settings, for which pairs of values are covered.
 const MAX_CHANGES: usize = 512;
 
-/// The maximum number of steps of one search for values that fit together.
+/// The maximum number of values that one search for an allowed combination tries.
 const MAX_STEPS: usize = 1 << 16;
 
-/// The cover of the configurations by a list.
+/// The extent to which a list covers all configurations of a document.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Cover {
-    /// All configurations.
+    /// The list holds all configurations.
     #[default]
     All,
-    /// Each pass with every combination of the settings on which it depends.
+    /// The list shows each pass with every combination of the settings on which it depends.
     Passes,
-    /// Every value of a setting with every value of each other.
+    /// The list shows every value of a setting together with every value of each other setting.
     Pairs,
-    /// As many configurations as fit, since pairs alone would be too many.
+    /// The list is a sample, since there are too many pairs of values, or too many states of a pass.
     Some,
 }
 
-/// The rules between features, by their positions.
+/// The rules that features declare for one another; numbers are indices into the list of settings.
 pub(super) struct Rules {
-    /// Whether each value of each feature means that it is on.
+    /// Whether the feature is on, for each setting and each of its values.
     on: Vec<Vec<bool>>,
-    /// The features that each feature requires; `None` for one that is not declared.
+    /// The features that each feature requires; `None` for a required feature that is not declared.
     requires: Vec<Vec<Option<usize>>>,
     excludes: Vec<Vec<usize>>,
-    /// Groups of which exactly one is on.
+    /// The groups of features of which exactly one is on.
     groups: Vec<Vec<usize>>,
 }
 
@@ -80,8 +80,8 @@ impl Rules {
         self.on.len()
     }
 
-    /// A group of settings with every feature that its features require or exclude, or that those are in a group with,
-    /// and so on.
+    /// Returns a group of settings extended by all features that requirements, exclusions or groups tie to it, directly
+    /// or through other features.
     pub(super) fn with_tied(&self, mut group: BTreeSet<usize>) -> BTreeSet<usize> {
         let others = |at: usize| {
             let grouped = self.groups.iter().filter(move |group| group.contains(&at)).flatten();
@@ -99,7 +99,7 @@ impl Rules {
         }
     }
 
-    /// The number of all combinations of values that the features allow.
+    /// Counts the combinations of values that the rules between features allow.
     pub(super) fn count(&self, span: Span) -> Count {
         let name = |at: usize| format!("{at:04}");
         let value = |value: usize| AxisValue::Integer(value as i64);
@@ -133,12 +133,13 @@ impl Rules {
         self.on.get(at)?.get(value).copied()
     }
 
-    /// Whether the features agree with what they require and exclude of one another.
+    /// Returns `true` if a complete choice of values obeys the rules. `pick` holds the value index of each setting.
     pub(super) fn allow(&self, pick: &[usize]) -> bool {
         !self.contradict(&pick.iter().copied().map(Some).collect::<Vec<_>>())
     }
 
-    /// Whether the values chosen so far contradict one another.
+    /// Returns `true` if the values chosen so far break a rule. `pick` holds a value index for each setting, or `None`
+    /// if it is still open.
     pub(super) fn contradict(&self, pick: &[Option<usize>]) -> bool {
         let not_one = |group: &Vec<usize>| {
             let count =
@@ -159,8 +160,9 @@ impl Rules {
     }
 }
 
-/// All configurations, if there are no more than `limit`, or else a pairwise cover: the index of each setting's value,
-/// the plain one first, then by the number of settings that differ from it.
+/// Returns all configurations if there are no more than `limit`, or else a pairwise cover of at most `limit`. Each
+/// configuration is a list of the value index of each setting. The one with only defaults comes first; the others
+/// follow by the number of settings that differ from it.
 pub(super) fn picks(rules: &Rules, limit: usize) -> (Vec<Vec<usize>>, Cover) {
     let plain = vec![0; rules.len()];
     let changes = |pick: &Vec<usize>| pick.iter().filter(|value| **value > 0).count();
@@ -218,7 +220,7 @@ pub(super) fn picks(rules: &Rules, limit: usize) -> (Vec<Vec<usize>>, Cover) {
     (list, cover)
 }
 
-/// The search for all configurations, depth first.
+/// A depth-first search for all configurations that the rules allow.
 struct All<'r> {
     rules: &'r Rules,
     limit: usize,
@@ -227,7 +229,8 @@ struct All<'r> {
 }
 
 impl All<'_> {
-    /// Whether all were found: they are not too many, and the search did not take too long.
+    /// Adds to `found` every allowed completion of `pick` from the setting `at` on. Returns `false` if there are more
+    /// than `limit`, or if the search takes too many steps.
     fn extend(&mut self, pick: &mut Vec<Option<usize>>, at: usize) -> bool {
         let Some(values) = self.rules.on.get(at) else {
             self.found.push(pick.iter().map(|value| value.unwrap_or(0)).collect());
@@ -245,10 +248,10 @@ impl All<'_> {
     }
 }
 
-/// A feature and one of its values.
+/// A setting and one of its values, both as indices.
 type Chosen = (usize, usize);
 
-/// The pairs of values that no configuration shows yet.
+/// The pairs of values that no configuration of the list has yet.
 struct Pairs<'r> {
     rules: &'r Rules,
     open: BTreeSet<(Chosen, Chosen)>,
@@ -271,7 +274,8 @@ impl<'r> Pairs<'r> {
         }
     }
 
-    /// A configuration that shows a pair, and greedily as many others as it can.
+    /// Returns a configuration with a pair of values, and greedily with as many other open pairs as possible. `None` if
+    /// no allowed configuration with the pair is found.
     fn complete(&self, pair: (Chosen, Chosen)) -> Option<Vec<usize>> {
         let mut pick = vec![None; self.rules.len()];
         pick[pair.0.0] = Some(pair.0.1);

@@ -23,40 +23,41 @@ use umbragraph_pipeline::source::Sources;
 #[derive(Clone, Debug, Default)]
 #[non_exhaustive]
 pub struct Coverage {
-    /// The first configuration.
+    /// The report of the first configuration: the caller's, or else the default one.
     pub first: CheckReport,
-    /// The shader variants of all, as template and values.
+    /// The shader variants of all configurations, each as template name and axis values.
     pub variants: BTreeSet<(String, AxisValues)>,
-    /// The violations that the verifier found in plans, where it ran: defects of the compiler.
+    /// The violations that the verifier found in plans, one message each, all of them defects of the compiler. Empty if
+    /// no verifier ran.
     pub violations: Vec<String>,
-    /// The parts that the plan of the first configuration does not use.
+    /// The parts of the document that the plan of the first configuration does not use; empty after errors.
     pub remarks: Remarks,
 }
 
-/// A further check of a plan.
+/// A further check of a plan by the caller, such as a dry run. Returns its diagnostics.
 pub type Judge<'a> = &'a mut dyn FnMut(&Arc<Plan>) -> Diagnostics;
 
-/// A second opinion on a plan: violations in words.
+/// An independent verifier of a plan. Returns the violations that it found, one message each.
 pub type Verify = fn(&Plan, &PlanOptions) -> Vec<String>;
 
-/// The inputs of a check over configurations.
+/// The inputs of [`check_configurations`], besides the document and the check options.
 pub struct Examination<'a> {
-    /// The configurations.
+    /// The configurations to check.
     pub configurations: &'a Configurations,
-    /// The names and strings of the document.
+    /// The declarations and strings of the document, with the resolved uses of names.
     pub model: &'a Model,
-    /// The shader modules of the templates and the profile of the options, as far as they are made.
+    /// The cache of shader modules, for the templates and the target profile of the check options.
     pub shaders: &'a Arc<ShaderCache>,
-    /// A second algorithm that checks each plan.
+    /// The independent verifier that checks each valid plan; `None` to skip it.
     pub verify: Option<Verify>,
-    /// A further check of each plan, whose diagnostics are added: a dry run, for one.
+    /// A further check of each valid plan, such as a dry run, whose diagnostics are added.
     pub judge: Judge<'a>,
-    /// Ends the examination before the next configuration, once it is set.
+    /// A flag that stops the check before the next configuration once it is `true`.
     pub cancelled: &'a AtomicBool,
 }
 
-/// Plans a document in each configuration. Adds each diagnostic once. Values are those of the configurations;
-/// `check_options.overrides` is ignored.
+/// Checks and plans a document in each configuration, and adds each distinct diagnostic once. The configurations give
+/// the values of settings; `check_options.overrides` is ignored.
 pub fn check_configurations(
     document: &Document,
     check_options: &CheckOptions<'_>,
@@ -116,7 +117,8 @@ pub fn check_configurations(
     coverage
 }
 
-/// The diagnostics of configurations, in the order in which they were made.
+/// The distinct diagnostics of all configurations in the order of discovery, each with the indices of its
+/// configurations.
 #[derive(Default)]
 struct Found {
     list: Vec<(Diagnostic, Vec<usize>)>,

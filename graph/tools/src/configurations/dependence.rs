@@ -13,16 +13,17 @@ use crate::unused::axes_named;
 use umbragraph_pipeline::model::{DeclarationKind as Kind, Id, Model, Text};
 use umbragraph_pipeline::shader::TemplateSet;
 
-/// One entry of `passes`, `resources` or `subgraphs`.
+/// One entry of `passes`, `resources` or `subgraphs` in the document, with its direct dependencies.
 struct Node {
     own: BTreeSet<usize>,
-    /// The declarations that it names.
+    /// The declarations that the entry names.
     named: BTreeSet<Id>,
-    /// Whether its dependencies are also those of what refers to it.
+    /// Whether entries that name this one also depend on everything that this one names; `false` for a pass with a
+    /// shader.
     transparent: bool,
 }
 
-/// The settings, as indices of `settings`, on which each pass depends.
+/// Returns for each pass the settings on which it depends, as indices into `settings`.
 pub(super) fn groups<'a>(
     model: &Model,
     settings: impl Iterator<Item = &'a str>,

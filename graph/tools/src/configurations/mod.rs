@@ -54,81 +54,87 @@ use varied::{FEW_VALUES, Mentions, features};
 use varied_setting::Varied;
 use witness::{Settings, Witness};
 
-/// The maximum number of configurations of features that are listed one by one.
+/// The maximum number of configurations that are listed for the features of a document, without presets.
 pub const MAX: usize = 256;
 
-/// The maximum number of configurations that are enumerated in full where shaders or passes differ: of a pipeline, or
-/// of the settings of one of its passes.
+/// The maximum number of configurations that are enumerated in full: of a pipeline, or of the settings on which one
+/// pass depends.
 const MAX_STATES: usize = 1 << 12;
 
 /// The maximum number of configurations that are enumerated for all passes together.
 const MAX_TOGETHER: usize = 1 << 14;
 
-/// The maximum number of whole numbers of a range that are tried one by one.
+/// The maximum size of a range of whole numbers whose values are all tried.
 const MAX_VALUES: usize = 256;
 
 /// A choice of values for a pipeline's parameters and features.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Configuration {
-    /// The values, with those that the caller gives.
+    /// The values of parameters and features, including the caller's; settings that are not listed keep their defaults.
     pub overrides: Overrides,
-    /// The name of the preset, if the configuration is one.
+    /// The name of the preset that the configuration applies; `None` if it applies no preset.
     pub preset: Option<String>,
-    /// The index of each setting's value; 0 is the default, or what the caller gives.
+    /// The index of each varied setting's value, where 0 is the default or the caller's value; empty for a preset.
     pick: Vec<usize>,
 }
 
-/// The configurations of a document: the caller's own or the default first, then by the number of settings that differ
-/// from it.
+/// A list of configurations of a pipeline document, to check or load each of them. The first has the caller's values,
+/// or else the defaults. A full list or a pairwise cover is sorted by the number of settings that differ from the
+/// first; presets come last.
 #[derive(Clone, Debug, Default)]
 #[non_exhaustive]
 pub struct Configurations {
-    /// The configurations.
+    /// The configurations, in the order in which they are loaded.
     pub list: Vec<Configuration>,
-    /// The number of configurations, presets not counted.
+    /// The number of configurations that the document allows, whether they are listed or not; presets are not counted.
     pub number: Count,
-    /// The cover of the list.
+    /// The extent to which `list` covers all configurations of the document.
     pub cover: Cover,
-    /// Whether these are all that can differ in their shaders or passes.
+    /// Whether `list` stands for all configurations that can differ in their shaders or passes; `false` for a single
+    /// configuration and for those of features.
     pub(super) are_all: bool,
-    /// Whether the list shows every state of every configuration.
+    /// Whether `list` shows every state that a pass can have; `false` if values of settings or states of passes were
+    /// sampled.
     pub(super) exact: bool,
-    /// Axes that can have values which no configuration here gives them.
+    /// The shader axes that can have values beyond those that the listed configurations give them.
     pub(super) free: Vec<FreeAxis>,
     varied: Vec<Varied>,
 }
 
-/// An axis that can have values which no tried configuration gives it.
+/// A shader axis that can have values beyond those that the tried configurations give it.
 #[derive(Clone, Debug)]
 pub(super) struct FreeAxis {
     pub(super) name: String,
-    /// The pass that has it, by its name in the document; all where a subgraph says so, or a setting by its name.
+    /// The name of the pass whose axis it is, as the document names the pass. `None` for all passes, where a subgraph
+    /// or a setting with the axis's name gives the value.
     pub(super) pass: Option<String>,
-    /// All values that its expression yields; `None` if these are not known, and every value of the axis counts.
+    /// All values that the axis's expression can yield; `None` if they are unknown, so that every value of the axis
+    /// counts.
     pub(super) values: Option<BTreeSet<AxisValue>>,
-    /// On what it depends.
+    /// The expression or setting that gives the axis its value, in quotation marks.
     pub(super) reason: String,
 }
 
-/// The inputs of loading a configuration.
+/// The inputs for loading configurations, besides the document and its sources.
 pub(super) struct Loading<'a> {
     pub(super) registry: &'a Registry,
     pub(super) shaders: &'a Arc<ShaderCache>,
-    /// Whether the load is part of a survey, as in [`LoadOptions`].
+    /// Whether all shader variants are validated together later, so that loading leaves shader errors to that step.
     pub(super) is_surveyed: bool,
-    /// Ends it before the next configuration, once it is set.
+    /// A flag that stops the loading before the next configuration once it is `true`.
     pub(super) cancelled: &'a AtomicBool,
 }
 
 impl Configurations {
-    /// The caller's configuration alone.
+    /// Creates a list of one configuration: the caller's values `base`.
     pub fn one(base: &Overrides) -> Self {
         let only = Configuration { overrides: base.clone(), preset: None, pick: Vec::new() };
         Self { list: vec![only], number: Count { number: 1, exact: true }, ..Self::default() }
     }
 
-    /// The configurations that the features of a document can reach on a profile, with the caller's values `base`.
+    /// Lists the combinations of feature values that a target profile allows, with the caller's values `base` fixed.
+    /// Lists all up to 256, or else a pairwise cover; adds the presets.
     pub fn of_features(document: &Document, base: &Overrides, profile: &TargetProfile) -> Self {
         let varied = features(document, base, profile);
         let rules = Rules::new(&varied);
@@ -138,7 +144,8 @@ impl Configurations {
         found
     }
 
-    /// The configurations that can differ in their shaders or passes.
+    /// Lists the configurations that can differ in their shaders or passes: all up to 4,096, or else a cover of them
+    /// (see [`Cover`]).
     pub fn all(
         (document, model): (&Document, &Model),
         templates: &TemplateSet,
@@ -169,15 +176,16 @@ impl Configurations {
         Self { exact, free, are_all: true, ..found }
     }
 
-    /// Whether passes may have states that none of these shows.
+    /// Returns `true` if passes can have states that no configuration of the list shows.
     pub(super) fn is_sampled(&self) -> bool {
         matches!(self.cover, Cover::Pairs | Cover::Some)
     }
 
-    /// Loads one after the other, with the shader modules of those before, until that is cancelled.
+    /// Loads the configurations one after the other, reusing shader modules of earlier ones, until `cancelled` is set.
+    /// Calls `each` with the configuration's index, its values, the loaded pipeline and its diagnostics.
     ///
     /// # Errors
-    /// The diagnostics of a document that is too broken to have passes at all, whatever the configuration.
+    /// Returns the diagnostics of a load that fails, because the document is too broken to have passes.
     pub(super) fn load(
         &self,
         document: &Document,
@@ -218,7 +226,8 @@ impl Configurations {
         Self { list, number, cover, varied, ..Self::default() }
     }
 
-    /// The configurations at these (increasing) positions, in words; `None` if they are all.
+    /// Describes the configurations at the indices `found` (increasing) in words; `None` if `found` holds all
+    /// configurations or none.
     pub fn describe(&self, found: &[usize]) -> Option<String> {
         let all = self.list.len();
         let first = found.first().filter(|_| found.len() < all).and_then(|first| self.list.get(*first))?;
@@ -251,7 +260,8 @@ impl Configurations {
         format!("{}={text}", self.varied.get(at).map_or("", |each| each.name.as_str()))
     }
 
-    /// One or two default values that are in these configurations and in no others.
+    /// Returns as text one or two settings whose defaults occur together in exactly the configurations at the indices
+    /// `found`. `None` if there are no such settings.
     fn cause(&self, found: &[usize]) -> Option<String> {
         let found: BTreeSet<usize> = found.iter().copied().collect();
         let explains = |features: &[usize]| {
@@ -273,7 +283,8 @@ impl Configurations {
     }
 }
 
-/// The configuration of each preset that gives values.
+/// Returns a configuration for each preset that gives at least one value. The preset's values replace the caller's
+/// values `base`.
 fn presets(document: &Document, base: &Overrides) -> Vec<Configuration> {
     let presets = document.root.entries_of("presets");
     let values = presets
@@ -289,8 +300,8 @@ fn presets(document: &Document, base: &Overrides) -> Vec<Configuration> {
         .collect()
 }
 
-/// Whether the condition at a pointer, of a pass at the top of a document, holds with no values that its settings can
-/// have.
+/// Returns `true` if a search shows that a condition is false for all values that its settings can have. `pointer` is
+/// the JSON pointer of the `when` of a pass at the top level of the document.
 pub(super) fn cannot_hold(
     (document, model): (&Document, &Model),
     (templates, profile): (&TemplateSet, &TargetProfile),
@@ -306,8 +317,8 @@ pub(super) fn cannot_hold(
         && settings.witness(&condition, true) == Witness::Nowhere
 }
 
-/// The conditions that decide about passes and axes: those of passes, those within expressions, and the latter together
-/// with those of their pass.
+/// Returns the conditions on settings that decide about passes and axes. These are conditions of passes, conditions
+/// within expressions, and the latter combined with the condition of their pass.
 fn conditions(mentions: &Mentions<'_>, settings: &Settings<'_>) -> Vec<Expression> {
     let is_condition =
         |expression: &Expression| has_form_of_condition(expression) && !settings.named(expression).is_empty();
@@ -344,7 +355,8 @@ fn conditions(mentions: &Mentions<'_>, settings: &Settings<'_>) -> Vec<Expressio
     found
 }
 
-/// Whether an expression has the form of a condition.
+/// Returns `true` if an expression can be a condition by its form: a name, a negation, a binary operation or a
+/// conditional expression.
 fn has_form_of_condition(expression: &Expression) -> bool {
     matches!(
         expression.kind,
@@ -355,7 +367,8 @@ fn has_form_of_condition(expression: &Expression) -> bool {
     )
 }
 
-/// The axes of which configurations that are left out can give values.
+/// Finds the shader axes that can have values beyond those that the enumerated configurations give them. `sampled` says
+/// whether states of passes were sampled.
 fn free_axes(mentions: &Mentions<'_>, settings: &Settings<'_>, sampled: bool) -> Vec<FreeAxis> {
     let varied = mentions.varied(MAX_STATES);
     // The same settings, with all whole numbers of larger ranges.
@@ -402,7 +415,8 @@ fn free_axes(mentions: &Mentions<'_>, settings: &Settings<'_>, sampled: bool) ->
     free
 }
 
-/// All values that an expression yields where a condition may hold, if they can be gone through.
+/// Evaluates an expression for all values of its settings with which `condition` may hold, and returns the results.
+/// `None` if the settings have too many values to try all, or if no evaluation succeeds.
 fn values_yielded(
     settings: &Settings<'_>,
     expression: &Expression,
@@ -424,14 +438,15 @@ fn values_yielded(
     (!found.is_empty()).then_some(found)
 }
 
-/// The number of combinations of the values of a group, unless it is too large.
+/// Returns the number of combinations of the values of the settings in `group`; `None` if it exceeds [`MAX_STATES`]. A
+/// group holds indices into `varied`.
 fn product(varied: &[Varied], group: &BTreeSet<usize>) -> Option<usize> {
     let size = |total: usize, at: &usize| total.checked_mul(varied[*at].values.len().max(1));
     group.iter().try_fold(1_usize, size).filter(|total| *total <= MAX_STATES)
 }
 
-/// Adds, for each pass, every combination of the settings on which it depends, the others at their defaults; whether
-/// that is possible.
+/// Adds every combination of the settings of each group to `picks`, with all other settings at their defaults. Returns
+/// [`Cover::Passes`], or [`Cover::Some`] if a group has too many combinations.
 fn add_states(settings: &Settings<'_>, groups: Vec<BTreeSet<usize>>, picks: &mut Vec<Vec<usize>>) -> Cover {
     let groups: BTreeSet<BTreeSet<usize>> =
         groups.into_iter().map(|group| settings.rules.with_tied(group)).collect();
@@ -456,7 +471,8 @@ fn add_states(settings: &Settings<'_>, groups: Vec<BTreeSet<usize>>, picks: &mut
     cover
 }
 
-/// Adds configurations in which each condition holds, and in which it does not, if there are none yet.
+/// Adds for each condition a configuration in which it is true and one in which it is false, unless `picks` has them
+/// already.
 fn add_witnesses(settings: &Settings<'_>, conditions: &[Expression], picks: &mut Vec<Vec<usize>>) {
     for (condition, wanted) in conditions.iter().flat_map(|each| [(each, true), (each, false)]) {
         let shows = |pick: &Vec<usize>| {
@@ -472,7 +488,8 @@ fn add_witnesses(settings: &Settings<'_>, conditions: &[Expression], picks: &mut
     }
 }
 
-/// One of the combinations of the values of a group, by its number.
+/// Returns the combination with the index `number` among the values of the settings in `group`. The result holds a
+/// value index for each setting; `None` for a setting outside the group.
 fn combination(varied: &[Varied], group: &BTreeSet<usize>, number: usize) -> Vec<Option<usize>> {
     let mut pick = vec![None; varied.len()];
     let mut rest = number;
@@ -484,7 +501,7 @@ fn combination(varied: &[Varied], group: &BTreeSet<usize>, number: usize) -> Vec
     pick
 }
 
-/// The values of a pick that are no defaults.
+/// Returns the values of a configuration that are not the defaults. `pick` holds the value index of each setting.
 fn overrides(varied: &[Varied], pick: &[usize]) -> Overrides {
     let mut overrides = Overrides::default();
     for (each, at) in varied.iter().zip(pick).filter(|(_, at)| **at > 0) {

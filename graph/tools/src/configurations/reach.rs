@@ -22,64 +22,68 @@ use umbragraph_pipeline::shader::permutations::Count;
 use umbragraph_pipeline::shader::{self, AxisValue, AxisValues, ShaderCache};
 use umbragraph_pipeline::source::{Sources, Span};
 
-/// Values that axes can have together: each value of one with each of the others.
+/// The values of shader axes, by the names of the axes. The product stands for all combinations of one value of each
+/// axis.
 pub type AxisProduct = BTreeMap<String, Vec<AxisValue>>;
 
-/// The programs and variants that the configurations reach.
+/// The shader programs and variants that occur in the configurations of a pipeline.
 #[derive(Clone, Debug, Default)]
 #[non_exhaustive]
 pub struct Reached {
-    /// The programs, in the order of the first pass that wants each.
+    /// The programs, in the order in which passes first require them.
     pub programs: Vec<ReachedProgram>,
-    /// The number of configurations for which the programs stand. It is a lower bound where numbers and lists were
-    /// tried with some of their values, or passes have too many states.
+    /// The number of configurations that the programs cover. It is a lower bound if only some values of numbers and
+    /// lists were tried, or if passes have too many states.
     pub configurations: Count,
-    /// The number of loaded configurations: all, or as many as show every pass in all its states.
+    /// The number of loaded configurations: all of them, or a selection that stands for all.
     pub loaded: usize,
-    /// The number of loaded ones in which values of parameters do not go together, so that nobody can use them.
+    /// The number of loaded configurations that nobody can use, because their parameter values are incompatible.
     pub rejected: usize,
 }
 
-/// A program with the variants that configurations reach.
+/// A shader program with the variants of it that occur in the configurations of a pipeline.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct ReachedProgram {
-    /// The passes.
+    /// The names of the passes that require the program.
     pub passes: Vec<String>,
-    /// The template.
+    /// The name of the WGSL template.
     pub template: String,
-    /// The values; no two products have a variant in common. An axis that a product does not name can have any value.
+    /// The axis values of all variants, as products; no two products have a variant in common. An axis that a product
+    /// does not name can have any value.
     pub products: Vec<AxisProduct>,
-    /// Axes that have these values together with any others, whether or not a configuration gives them together, since
-    /// what they depend on has too many values to try each; with the expression that yields them.
+    /// The axes whose values are combined with all values of the other axes, each with the expression that yields its
+    /// values. The settings in the expression have too many values to try each, so some combinations may occur in no
+    /// configuration.
     pub assumed: BTreeMap<String, String>,
     /// The place where the first pass names the template.
     pub place: Span,
 }
 
-/// The configurations that are loaded, and what they are loaded with.
+/// The inputs of [`reach`], besides the document and the check options.
 pub struct Surveyed<'a> {
-    /// The configurations.
+    /// The configurations to load.
     pub configurations: &'a Configurations,
-    /// The modules, of [`ShaderCache::of_survey`].
+    /// The cache of shader modules, created by [`ShaderCache::of_survey`].
     pub shaders: &'a Arc<ShaderCache>,
-    /// The judge of plans.
+    /// A further check of plans, such as a dry run, whose diagnostics are added.
     pub judge: Judge<'a>,
 }
 
-/// Loads the configurations of a document one after the other.
+/// Loads the configurations of a document one after the other, and returns the shader programs and variants that occur
+/// in them.
 ///
-/// Diagnostics of shaders themselves are left to the proof of all variants
-/// ([`umbragraph_pipeline::shader::permutations`]); each other diagnostic is reported once, with the settings that show
-/// it.
+/// Errors in shaders are left to the validation of all variants ([`umbragraph_pipeline::shader::permutations`]). Each
+/// other diagnostic is added once, with the settings that show it.
 ///
-/// A node kind or an expression can reject values that are each within their range: four levels with three distances.
-/// If only features are switched, that is an error, since features can say what they require and exclude. If a
-/// parameter is involved, it is a note: whoever chooses such values gets an error then, and no shader is reached. These
-/// configurations are counted apart. A constraint of the pipeline that warns about such values becomes a note, too.
+/// A node kind or an expression can reject a combination of values that are each within their range, such as four
+/// levels with three distances. In a configuration that changes features only, the rejection is an error, since
+/// features can declare what they require and exclude. In one that changes a parameter, it is a note: the configuration
+/// reaches no shader, and [`Reached::rejected`] counts it. A constraint of the pipeline that warns about values of
+/// parameters becomes a note, too.
 ///
-/// The diagnostics of `judge` on a plan are added: those of a dry run, for one. It judges each configuration that has a
-/// pass with other work, or other shaders, than all before.
+/// The caller's `judge` checks the plan of each configuration that has a pass with other work or other shaders than in
+/// all configurations before. Its diagnostics are added.
 pub fn reach(
     (document, model): (&Document, &Model),
     options: &CheckOptions<'_>,
@@ -156,7 +160,7 @@ pub fn reach(
     Reached { programs, configurations: number, loaded, rejected: number_rejected }
 }
 
-/// A judge of plans that skips those whose passes were all judged before.
+/// A further check of plans that skips each plan whose passes were all checked in earlier plans.
 struct Realized<'j> {
     judge: Judge<'j>,
     works: HashSet<u64>,
@@ -188,8 +192,9 @@ impl Realized<'_> {
     }
 }
 
-/// The diagnostics about passes that no configuration has. Where it is shown that there is none, the pass is of no use;
-/// else it may be there for somebody, and nothing of it is proven.
+/// Returns the diagnostics about passes that occur in no loaded configuration. A pass whose condition can never hold
+/// gets a warning, unless the target profile lacks a feature. Any other pass gets an error, since its shaders are not
+/// validated. `exact` is `true` if the configurations show every state of every pass.
 fn unproven<'a>(
     (document, model): (&'a Document, &'a Model),
     options: &'a CheckOptions<'_>,
@@ -220,7 +225,8 @@ fn unproven<'a>(
     })
 }
 
-/// Configurations whose values do not go together: what is said of each place, and how often.
+/// The configurations with incompatible values: their number, and the first diagnostic of each code and place with its
+/// number of occurrences.
 #[derive(Default)]
 struct Rejected {
     configurations: usize,
@@ -254,8 +260,8 @@ impl Rejected {
     }
 }
 
-/// Whether a diagnostic says that values do not go together: one of a node kind, or of an expression over them. A user
-/// who chooses them is told so; no shader is reached.
+/// Returns `true` if a diagnostic is an error about incompatible values of settings, found by a node kind or in an
+/// expression. A user who chooses the values gets the error, and no shader is reached.
 fn is_about_values(diagnostic: &Diagnostic) -> bool {
     let id = diagnostic.code.id;
     let of_engine = codes::ALL.iter().chain(shader::codes::ALL).any(|code| code.id == id);
@@ -279,7 +285,8 @@ fn describe(overrides: &Overrides) -> Option<String> {
     (!settings.is_empty()).then(|| settings.join(", "))
 }
 
-/// The programs that loads asked for; `spread` combines all values, where configurations were left out.
+/// Returns the programs that the loaded configurations require. `spread` combines all values of all axes, for a list of
+/// configurations that is a sample.
 fn programs(
     options: &CheckOptions<'_>,
     survey: &Survey,
@@ -344,13 +351,14 @@ fn programs(
     programs
 }
 
-/// The free axes of a pass.
+/// Returns the axes of `free` that apply to a pass. A pass made by a loop or a subgraph has those of the document's
+/// pass that made it.
 fn free_in<'f>(free: &'f [FreeAxis], pass: &'f str) -> impl Iterator<Item = &'f FreeAxis> {
     let outermost = pass.split('.').next().unwrap_or(pass);
     free.iter().filter(move |axis| axis.pass.as_deref().is_none_or(|owner| owner == outermost))
 }
 
-/// The variants as disjoint products.
+/// Merges variants into disjoint products of axis values. With `spread`, the result is one product of all values.
 fn products(variants: &BTreeSet<AxisValues>, spread: bool) -> Vec<AxisProduct> {
     type Product = BTreeMap<String, BTreeSet<AxisValue>>;
     let single = |values: &AxisValues| -> Product {

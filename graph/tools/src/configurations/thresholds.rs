@@ -13,12 +13,12 @@ use std::collections::BTreeMap;
 
 use umbragraph_pipeline::expression::{BinaryOperator, Expression, ExpressionKind, Value, evaluate};
 
-/// The points of a range between which changes of sign are looked for.
+/// The number of equal parts into which a range is divided to look for changes of sign.
 const POINTS: usize = 64;
-/// The maximum number of bounds of one number.
+/// The maximum number of bounds (values at which an expression changes) that are kept for one number.
 const MAX_BOUNDS: usize = 64;
 
-/// A number with its declared range, among settings with their defaults.
+/// A numeric parameter with its declared range, and the defaults of all settings.
 pub(super) struct Number<'a> {
     pub(super) name: &'a str,
     pub(super) default: f64,
@@ -28,21 +28,23 @@ pub(super) struct Number<'a> {
 }
 
 impl Number<'_> {
-    /// The settings, this one with another value.
+    /// Returns a function from a setting's name to its value: `value` for this number, the default for all others.
     fn with(&self, value: f64) -> impl Fn(&str) -> Option<Value> {
         move |name: &str| {
             if name == self.name { Some(Value::Number(value)) } else { self.defaults.get(name).cloned() }
         }
     }
 
-    /// The whole numbers beside and on each bound, within the range, in order.
+    /// The whole numbers on and next to each value at which `expressions` change, and the ends of the range. All lie
+    /// within the range, in increasing order.
     pub(super) fn whole_values(&self, expressions: &[Expression]) -> Vec<f64> {
         let beside = |bound: f64| [bound.floor() - 1.0, bound.floor(), bound.ceil(), bound.ceil() + 1.0];
         let found = self.bounds(expressions).into_iter().flat_map(beside);
         self.within(found.collect())
     }
 
-    /// Each bound, the ends of the range, and a value between each two of them, in order.
+    /// The values at which `expressions` change, a value beyond the outermost ones, the ends of the range, and the
+    /// midpoints between neighbours. All lie within the range, in increasing order.
     pub(super) fn real_values(&self, expressions: &[Expression]) -> Vec<f64> {
         let mut found = self.bounds(expressions);
         if found.is_empty() {
@@ -56,7 +58,8 @@ impl Number<'_> {
         self.within(all)
     }
 
-    /// These and the ends of the range, as far as they are within it.
+    /// Adds the ends of the range to `values`, and returns those within the range in increasing order, without
+    /// duplicates.
     fn within(&self, mut values: Vec<f64>) -> Vec<f64> {
         values.extend([self.min, self.max].into_iter().flatten());
         values.retain(|value| {
@@ -87,7 +90,7 @@ impl Number<'_> {
         found
     }
 
-    /// Finds the values at which two sides are equal, or change their order.
+    /// Adds to `found` the values of the number at which two sides of a comparison are equal or change their order.
     fn roots(&self, left: &Expression, right: &Expression, found: &mut Vec<f64>) {
         let difference = |value: f64| {
             let scope = self.with(value);
@@ -133,7 +136,7 @@ fn is_comparison(operator: BinaryOperator) -> bool {
     matches!(operator, B::Equal | B::NotEqual | B::Less | B::LessEqual | B::Greater | B::GreaterEqual)
 }
 
-/// Whether an expression has a name, or a member of it.
+/// Returns `true` if an expression contains a name, or a member of it (`NAME.MEMBER`).
 pub(super) fn mentions(expression: &Expression, name: &str) -> bool {
     let mut found = false;
     expression.visit(&mut |inner| {

@@ -20,27 +20,28 @@ use umbragraph_pipeline::model::{DeclarationKind, Model, Text};
 use umbragraph_pipeline::pipeline::{Overrides, lacking, off};
 use umbragraph_pipeline::shader::{TargetProfile, TemplateSet};
 
-/// The maximum number of lengths of a list.
+/// The reduced limit on the size of a range of whole numbers that are all tried. Lists are tried with up to this many
+/// elements above their minimum length.
 pub(super) const FEW_VALUES: usize = 16;
 
-/// Keys under which a value decides about passes and axes.
+/// The JSON keys whose values can decide about passes and shader axes.
 const DECIDING: &[&str] = &["when", "for_each", "axes", "with", "use", "shader"];
 
-/// A string among passes, outside of `bind`.
+/// A string in a pass, a subgraph or a derived value of a document, with the settings on which it depends.
 pub(super) struct Mention<'m> {
-    /// The string as it is written.
+    /// The string as it is written in the document.
     pub(super) text: &'m str,
-    /// The expression over settings, if it is one.
+    /// The expression of the string, with derived values expanded; `None` for a string that is no expression.
     pub(super) expression: Option<Expression>,
-    /// The settings that it follows from.
+    /// The names of the parameters and features on which the string depends.
     pub(super) settings: BTreeSet<&'m str>,
-    /// The pass of the document in which it stands.
+    /// The name of the pass that contains the string; `None` in a subgraph or a derived value.
     pub(super) pass: Option<&'m str>,
-    /// The key of the axis that it is about.
+    /// The name of the shader axis to which the string gives a value; `None` for other strings.
     pub(super) axis: Option<&'m str>,
-    /// Whether it is a derived value, which an axis follows by its name.
+    /// Whether the string is the expression of a derived value that gives the axis of the same name its value.
     pub(super) is_derived: bool,
-    /// The parameters of subgraphs and the variables of loops that it names.
+    /// The names of parameters of subgraphs and variables of loops in the string.
     pub(super) locals: BTreeSet<String>,
     pub(super) deciding: bool,
 }
@@ -68,7 +69,7 @@ impl<'m> Mention<'m> {
         }
     }
 
-    /// Whether it takes an element of a list of this name.
+    /// Returns `true` if the expression takes an element of the list with this name.
     fn is_indexed(&self, name: &str) -> bool {
         let mut found = false;
         let mut look = |inner: &Expression| {
@@ -80,7 +81,8 @@ impl<'m> Mention<'m> {
     }
 }
 
-/// The features of a document, each with the value that `base` gives it or all that it can have, by name.
+/// Returns the features of a document in the order of their names, each with all values that the target profile allows.
+/// A feature with a value in `base` has only that value.
 pub(super) fn features(document: &Document, base: &Overrides, profile: &TargetProfile) -> Vec<Varied> {
     let entries = document.root.entries_of("features");
     let mut varied: BTreeMap<&str, Varied> = BTreeMap::new();
@@ -97,17 +99,16 @@ pub(super) fn features(document: &Document, base: &Overrides, profile: &TargetPr
     varied.into_values().collect()
 }
 
-/// The strings of a document that decide about its shaders and passes.
+/// The strings of a document that can affect its shaders and passes.
 pub(super) struct Mentions<'d> {
     pub(super) document: &'d Document,
     pub(super) model: &'d Model,
     profile: &'d TargetProfile,
-    /// The strings of passes and subgraphs, outside of `bind`. A derived value with the name of an axis is what the
-    /// axis follows.
+    /// The strings of passes and subgraphs outside of `bind`, and of derived values that have the name of an axis.
     pub(super) list: Vec<Mention<'d>>,
-    /// The axes of all templates that they name.
+    /// The names of the axes of all templates that the strings name.
     pub(super) axes: BTreeSet<&'d str>,
-    /// The strings that give values to parameters of subgraphs and variables of loops, by their indices in the list.
+    /// The strings that give a value to each parameter of a subgraph and variable of a loop, as indices into `list`.
     given: BTreeMap<&'d str, Vec<usize>>,
     /// The declared defaults of features and parameters.
     pub(super) defaults: BTreeMap<String, expression::Value>,
@@ -155,14 +156,14 @@ impl<'d> Mentions<'d> {
         Self { document, model, profile, list, axes, given, defaults: settings.filter_map(default).collect() }
     }
 
-    /// The condition of a pass of the document.
+    /// The `when` condition of a pass as an expression; `None` if the pass has none.
     pub(super) fn condition_of(&self, pass: &str) -> Option<Expression> {
         let pass = self.model.find(DeclarationKind::Pass, pass)?;
         let condition = self.model.texts_in(pass).find(|text| text.keys == ["when"])?;
         self.model.closed(condition)
     }
 
-    /// The passes of the document that give an axis no value of their own.
+    /// The names of the document's passes that do not give the axis a value under `axes`.
     pub(super) fn passes_without(&self, axis: &str) -> impl Iterator<Item = &'d str> {
         let is_given = move |pass: &Entry| {
             let nodes = pass.value.entries().unwrap_or_default().iter();
@@ -172,7 +173,7 @@ impl<'d> Mentions<'d> {
         passes.filter(move |pass| !is_given(pass)).map(|pass| pass.key.as_str())
     }
 
-    /// The settings from which the parameters of subgraphs and the variables of loops that a string names can follow.
+    /// The names of the settings on which a string depends through parameters of subgraphs and variables of loops.
     pub(super) fn behind_locals(&self, mention: &Mention<'d>) -> BTreeSet<&'d str> {
         let (mut found, mut seen) = (BTreeSet::new(), BTreeSet::new());
         let mut open: Vec<&str> = mention.locals.iter().map(String::as_str).collect();
@@ -187,7 +188,8 @@ impl<'d> Mentions<'d> {
         found
     }
 
-    /// The settings that decide about shaders and passes; a range of over `limit` whole numbers is not gone through.
+    /// Returns the settings that can change shaders or passes, with the values to try. Ranges of more than `limit`
+    /// whole numbers are sampled.
     pub(super) fn varied(&self, limit: usize) -> Vec<Varied> {
         let Self { document, profile, list, axes, defaults, .. } = self;
         let is_mentioned =
@@ -232,7 +234,8 @@ impl<'d> Mentions<'d> {
     }
 }
 
-/// The values that a feature can have on a profile, the default first.
+/// The values that a feature can have on a target profile, the default first. Only the value for off if the profile
+/// lacks a requirement of the feature.
 fn feature_values(
     declaration: &FeatureDeclaration,
     entry: &Entry,
@@ -267,7 +270,7 @@ fn default_first(default: Option<&Value>, values: Vec<Value>) -> Vec<Value> {
         .collect()
 }
 
-/// The values that are tried, and whether these are all that can make a difference.
+/// Returns the values to try for a parameter, and `true` if no other value can make a difference.
 fn values_of(
     declaration: &ParameterDeclaration,
     value: &Value,
@@ -313,7 +316,8 @@ fn values_of(
     }
 }
 
-/// The default cut, or continued within the declared range and order, to a length.
+/// Returns the default list, cut or extended in its declared order to a length. `None` if an element is outside the
+/// declared range.
 fn list_of(length: usize, defaults: &[f64], declaration: &ParameterDeclaration) -> Option<Vec<f64>> {
     let mut list: Vec<f64> = defaults.iter().copied().take(length).collect();
     while list.len() < length {

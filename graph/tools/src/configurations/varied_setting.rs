@@ -13,12 +13,13 @@ pub(super) struct Varied {
 }
 
 impl Varied {
-    /// The group of features to which it belongs.
+    /// The name of the `one_of` group of the feature; `None` for a parameter or a feature without a group.
     pub(super) fn group(&self) -> Option<&str> {
         self.feature.as_ref()?.one_of.as_deref()
     }
 
-    /// Whether a feature is on with this value; an enumeration is off with its first word.
+    /// Returns `true` if the feature is on with `value`. An enumeration is off with its first value, and on with all
+    /// others.
     pub(super) fn is_on(&self, value: &Value) -> bool {
         let first = self.feature.as_ref().and_then(|declaration| declaration.values.first());
         match &value.kind {

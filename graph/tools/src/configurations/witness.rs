@@ -16,24 +16,24 @@ use umbragraph_pipeline::expression::{
     BinaryOperator, Expression, ExpressionKind, UnaryOperator, Value, evaluate,
 };
 
-/// The maximum number of values that one condition's settings get.
+/// The maximum number of assignments of values to settings that the search for one condition tries.
 const MAX_STEPS: usize = 20_000;
 
-/// Settings that vary, and the defaults of all.
+/// The settings that vary between configurations, and the default values of all settings.
 pub(super) struct Settings<'a> {
     pub(super) varied: &'a [Varied],
     pub(super) rules: Rules,
     defaults: &'a BTreeMap<String, Value>,
 }
 
-/// The result of a search.
+/// The result of a search for settings with which a condition is true, or is false.
 #[derive(Debug, PartialEq)]
 pub(super) enum Witness {
-    /// The values, by their indices.
+    /// The index of each setting's value in a configuration that the search found.
     Found(Vec<usize>),
-    /// No tried value.
+    /// No allowed combination of the settings' tried values gives the condition the wanted result.
     Nowhere,
-    /// The search was too long, or the condition says nothing of settings alone.
+    /// The search took too many steps, or the settings do not decide the condition.
     Unknown,
 }
 
@@ -46,7 +46,7 @@ impl<'a> Settings<'a> {
         self.varied.iter().position(|each| each.name == name)
     }
 
-    /// The settings that an expression names.
+    /// Returns the indices of the settings that an expression names.
     pub(super) fn named(&self, expression: &Expression) -> BTreeSet<usize> {
         let mut found = BTreeSet::new();
         expression.visit(&mut |inner| {
@@ -57,7 +57,8 @@ impl<'a> Settings<'a> {
         found
     }
 
-    /// The value of an expression with chosen values.
+    /// Evaluates an expression with the value indices in `pick`; settings that do not vary have their defaults. `None`
+    /// if a needed value is not chosen or the evaluation fails.
     pub(super) fn value(&self, expression: &Expression, pick: &[Option<usize>]) -> Option<Value> {
         let scope = |name: &str| match self.position(name) {
             Some(at) => value_of(self.varied[at].values.get((*pick.get(at)?)?)?),
@@ -66,7 +67,7 @@ impl<'a> Settings<'a> {
         evaluate(expression, &scope).ok()
     }
 
-    /// Whether a condition holds, as far as the values chosen so far decide it.
+    /// Evaluates a condition with the value indices chosen so far; `None` if they do not decide it.
     pub(super) fn holds(&self, condition: &Expression, pick: &[Option<usize>]) -> Option<bool> {
         match &condition.kind {
             ExpressionKind::Unary(UnaryOperator::Not, inner) => self.holds(inner, pick).map(|holds| !holds),
@@ -90,7 +91,7 @@ impl<'a> Settings<'a> {
         }
     }
 
-    /// Values, of settings that features allow together, with which a condition is as wanted.
+    /// Searches for values, allowed by the rules between features, with which a condition has the result `wanted`.
     pub(super) fn witness(&self, condition: &Expression, wanted: bool) -> Witness {
         let mut order: Vec<usize> = self.named(condition).into_iter().collect();
         let tied = self.rules.with_tied(order.iter().copied().collect());
@@ -111,7 +112,7 @@ struct Search<'s> {
     wanted: bool,
     order: Vec<usize>,
     steps: usize,
-    /// Whether the condition was decided wherever all settings were.
+    /// Whether every complete choice of values so far has decided the condition.
     is_decided: bool,
 }
 
@@ -141,7 +142,7 @@ impl Search<'_> {
     }
 }
 
-/// A value of a document as expressions see it.
+/// Converts a JSON value of a document to a value of an expression; `None` for null and objects.
 pub(super) fn value_of(value: &document::Value) -> Option<Value> {
     use document::Kind as K;
     Some(match &value.kind {

@@ -54,7 +54,7 @@ impl GraphFormat {
         }
     }
 
-    /// Returns the format with a name; `None` if there is none.
+    /// Returns the format with a name; `None` for an unknown name.
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|format| format.name() == name)
     }

@@ -28,8 +28,8 @@ pub struct Report {
     pub viewport: [u32; 2],
     /// The name of the objective by which passes were ordered, such as `memory`.
     pub objective: String,
-    /// All passes: the live ones in execution order, each culled one at the place where it would run. The index is the
-    /// column.
+    /// All passes: the live ones in execution order, each culled one at the place where it would run. A pass's index in
+    /// this list is its column.
     pub passes: Vec<PassReport>,
     /// All resources that a pass uses, in the order of the pipeline.
     pub resources: Vec<ResourceReport>,
@@ -103,13 +103,13 @@ pub struct ResourceReport {
     pub name: String,
     /// The kind of resource: `texture`, `buffer` or `data` (CPU data).
     pub kind: String,
-    /// The lifetime of the resource.
+    /// The lifetime of the contents: one frame, kept from frame to frame, or owned by the host.
     pub lifetime: Lifetime,
-    /// Whether a live pass uses it.
+    /// Whether a live pass uses the resource.
     pub live: bool,
-    /// The format and size in words.
+    /// The format and size in words; empty for CPU data or a resource that no live pass uses.
     pub description: String,
-    /// The size in bytes.
+    /// The size in bytes; 0 for a resource that no live pass uses.
     pub bytes: u64,
     /// The physical resource, such as `texture 3`; resources with the same place share memory. Otherwise `imported`,
     /// `blackboard` (CPU data), or `nowhere` for a resource that no live pass uses.
@@ -417,7 +417,7 @@ fn describe(
     words
 }
 
-/// Formats a number of bytes for people.
+/// Formats a number of bytes with a binary unit, such as "1.5 MiB".
 pub fn bytes_in_words(bytes: u64) -> String {
     let units = ["B", "KiB", "MiB", "GiB", "TiB"];
     let mut unit = 0;

@@ -120,7 +120,7 @@ impl Settings<'_> {
         self.bindings(render.draw.bound().1);
     }
 
-    /// Formats an attachment: the resource name, and its subresource range unless that is the first or each view's own.
+    /// Formats an attachment: the resource name, followed by the mip level and the array layer where they are above 0.
     fn target(&self, to: &Subresource) -> String {
         let target = to.target();
         let mut words = self.name(target.resource).to_owned();
@@ -192,7 +192,8 @@ impl Settings<'_> {
     }
 }
 
-/// Formats the numbers of a constant block member, including padding between them.
+/// Formats the numbers of a constant block member, including padding between them; at most [`MAX_NUMBERS`]. `None` if
+/// the member is no number, vector or matrix, or no array of them.
 fn numbers(member: &Member, bytes: &[u8]) -> Option<String> {
     let element = match &member.layout {
         TypeLayout::Array { element, .. } => element_type(element),

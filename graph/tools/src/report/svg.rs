@@ -173,7 +173,7 @@ fn loop_of(pass: &str) -> &str {
     }
 }
 
-/// Returns the pairs of passes whose order follows from other edges, or that are a write and its read.
+/// Returns the pairs of passes, as columns, whose order follows from other edges, or between which a data edge leads.
 fn followers(report: &Report) -> BTreeSet<(usize, usize)> {
     let mut next: BTreeMap<usize, BTreeSet<usize>> = BTreeMap::new();
     let mut follows = BTreeSet::new();
@@ -458,7 +458,7 @@ pub(super) fn shorten(text: &str, max: usize) -> String {
     text.chars().take(max - 1).chain(['…']).collect()
 }
 
-/// Escapes a string for XML and HTML, and handles the control characters that XML forbids.
+/// Escapes a string for XML and HTML, and replaces the control characters that XML forbids by visible escapes.
 pub(super) fn escape(text: &str) -> String {
     visible(text).replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }

@@ -14,7 +14,7 @@ use umbragraph_pipeline::pipeline::{Lacking, ResourceKind, TypedPipeline, is_of}
 use umbragraph_pipeline::source::Span;
 use umbragraph_pipeline::work::PassHandle;
 
-/// The kind in words, more exactly than the enumeration.
+/// The kind of a named part in words, with more detail than [`Kind`], such as "a use of the subgraph blur".
 pub(super) fn what(subject: &Subject<'_>, name: &str, found: &Found<'_>) -> String {
     let value = &found.entry.value;
     let pipeline = subject.checked.pipeline.as_deref();
@@ -51,14 +51,16 @@ pub(super) fn what(subject: &Subject<'_>, name: &str, found: &Found<'_>) -> Stri
     }
 }
 
-/// The passes of the pipeline that a name stands for: itself, the rounds of a loop, what a use of a subgraph makes.
+/// The names of the pipeline's passes that a name stands for: one pass, the rounds of a loop, or the passes of a used
+/// subgraph.
 pub(super) fn instances<'a>(subject: &Subject<'a>, name: &str) -> Vec<&'a str> {
     let passes = subject.checked.pipeline.as_deref().map(|pipeline| pipeline.passes.as_slice());
     let names = passes.unwrap_or_default().iter().map(|pass| pass.name.as_str());
     names.filter(|pass| is_of(pass, name)).collect()
 }
 
-/// The state of a pass, of a loop, or of a use of a subgraph in the plan.
+/// Returns facts about a pass, a loop or a use of a subgraph: whether it runs and why, its order and its accesses to
+/// resources.
 pub(super) fn of_pass(subject: &Subject<'_>, name: &str, found: &Found<'_>) -> Vec<PlanFact> {
     let mut facts = used(subject, &found.uses);
     let Some(pipeline) = subject.checked.pipeline.as_deref() else {
@@ -107,10 +109,10 @@ pub(super) fn of_pass(subject: &Subject<'_>, name: &str, found: &Found<'_>) -> V
     facts
 }
 
-/// The longest list of a fact's own lines.
+/// The maximum number of passes of a loop or a used subgraph that are listed one by one.
 const MOST: usize = 64;
 
-/// The position of a pass and why it is kept, or why it does not run.
+/// Returns the position of a pass in execution order and the reason why it is kept, or the reason why it is culled.
 fn state(pipeline: &TypedPipeline, plan: &Plan, name: &str) -> Vec<PlanFact> {
     let Some(handle) = pipeline.find_pass(name) else { return Vec::new() };
     match plan.position(handle) {
@@ -126,7 +128,7 @@ fn state(pipeline: &TypedPipeline, plan: &Plan, name: &str) -> Vec<PlanFact> {
     }
 }
 
-/// The way from a pass to an output.
+/// Returns the reason why a pass is kept, one fact for each step from the pass through its readers to an output.
 fn kept(plan: &Plan, handle: PassHandle) -> Vec<PlanFact> {
     let step = |(at, planned): (usize, &PlannedPass)| {
         let (name, words) = (&planned.name, reasons::kept(plan, planned));
@@ -140,7 +142,7 @@ fn kept(plan: &Plan, handle: PassHandle) -> Vec<PlanFact> {
     plan.why_kept(handle).enumerate().map(step).collect()
 }
 
-/// Why a pass is not in the pipeline: a `when` that is false, on it or on a use of a subgraph around it.
+/// Adds the reason why a pass is not in the pipeline: its `when` is false, or that of a use of a subgraph around it.
 fn off(subject: &Subject<'_>, found: &Found<'_>, facts: &mut Vec<PlanFact>) {
     let own = (found.entry, String::new());
     let outer = found.uses.iter().map(|used| (used.entry, format!(" of {}", used.name)));
@@ -165,7 +167,7 @@ fn off(subject: &Subject<'_>, found: &Found<'_>, facts: &mut Vec<PlanFact>) {
     }
 }
 
-/// The values of the settings that strings name, each with what gives it.
+/// Adds a fact for each setting that strings name: its value and the source of the value.
 fn values_of<'m>(
     subject: &Subject<'m>,
     texts: impl Iterator<Item = &'m Text>,
@@ -209,7 +211,7 @@ fn used(subject: &Subject<'_>, uses: &[SubgraphUse<'_>]) -> Vec<PlanFact> {
     uses.iter().rev().map(one).collect()
 }
 
-/// The users of a resource, and its memory on the device.
+/// Returns facts about a resource: the passes that read or write it, its lifetime, its size in bytes and its memory.
 pub(super) fn of_resource(subject: &Subject<'_>, name: &str, uses: &[SubgraphUse<'_>]) -> Vec<PlanFact> {
     let mut facts = used(subject, uses);
     let Some(pipeline) = subject.checked.pipeline.as_deref() else {
@@ -298,7 +300,7 @@ pub(super) fn of_resource(subject: &Subject<'_>, name: &str, uses: &[SubgraphUse
     facts
 }
 
-/// The users of a toggle or a subgraph; whether a preset is taken.
+/// Returns facts about any other named part, such as the users of a subgraph, or whether a preset is selected.
 pub(super) fn of_other(subject: &Subject<'_>, name: &str, found: &Found<'_>) -> Vec<PlanFact> {
     let root = &subject.composed.document.root;
     match found.kind {
@@ -363,7 +365,8 @@ pub(super) fn of_other(subject: &Subject<'_>, name: &str, found: &Found<'_>) -> 
     }
 }
 
-/// Whether a parameter can change from frame to frame, and what makes it structural.
+/// Returns a fact about a parameter: it can change between frames, or a named value that depends on it needs another
+/// plan. `None` for a feature or without a loaded pipeline.
 fn change(subject: &Subject<'_>, kind: Kind, name: &str) -> Option<PlanFact> {
     let pipeline = subject.checked.pipeline.as_deref().filter(|_| kind == Kind::Parameter)?;
     Some(match &pipeline.parameters.get(name)?.structural {
@@ -380,12 +383,13 @@ fn settings(preset: &Value) -> impl Iterator<Item = &Entry> {
     of("parameters").iter().chain(of("features"))
 }
 
-/// The places of the names of what uses a declaration.
+/// The source places of the names of all declarations that use a declaration.
 fn places_using(model: &Model, id: Id) -> impl Iterator<Item = Span> {
     model.uses_of(id).map(|one| model.declaration(one.within).place)
 }
 
-/// The users of a parameter, feature or derived value: entries that name it, and shaders with an axis of its name.
+/// Returns a fact for each user of a parameter, feature or derived value. A user is an entry that names it, or a pass
+/// whose shader has an axis of that name.
 fn mentions(subject: &Subject<'_>, own: Option<Id>, name: &str) -> Vec<PlanFact> {
     let root = &subject.composed.document.root;
     let users: BTreeSet<Span> = own.into_iter().flat_map(|id| places_using(subject.model, id)).collect();
@@ -400,7 +404,7 @@ fn mentions(subject: &Subject<'_>, own: Option<Id>, name: &str) -> Vec<PlanFact>
     facts
 }
 
-/// Whether the shader of a pass, or of one of its rounds, varies in something of a name.
+/// Returns `true` if the shader of a pass, or of one of its rounds, has an axis with the name `name`.
 fn has_axis(subject: &Subject<'_>, pass: &str, name: &str) -> bool {
     let Some(pipeline) = subject.checked.pipeline.as_deref() else { return false };
     let instances = instances(subject, pass);
@@ -409,7 +413,7 @@ fn has_axis(subject: &Subject<'_>, pass: &str, name: &str) -> bool {
     programs.any(|handle| pipeline.program(handle).axes.iter().any(|(axis, _)| axis == name))
 }
 
-/// The passes of the document and of its subgraphs for which something holds.
+/// Returns a fact for each pass of the document and of its subgraphs for which `holds` returns `true`.
 fn users(subject: &Subject<'_>, root: &Value, holds: impl Fn(&Entry) -> bool) -> Vec<PlanFact> {
     let mut facts = Vec::new();
     let subgraphs = root.entries_of("subgraphs").iter();

@@ -24,16 +24,16 @@ const SECTIONS: &[(&str, Kind)] = &[
     ("geometry", Kind::Geometry),
 ];
 
-/// An entry of the document that a name leads to.
+/// An entry of the document that has the name to explain.
 pub(super) struct Found<'a> {
     pub(super) kind: Kind,
     pub(super) pointer: String,
     pub(super) entry: &'a Entry,
-    /// The uses of subgraphs on the way, the outermost first.
+    /// The uses of subgraphs that contain the entry, the outermost first.
     pub(super) uses: Vec<SubgraphUse<'a>>,
 }
 
-/// A use of a subgraph.
+/// An entry of `passes` that uses a subgraph, with its full name and JSON pointer.
 #[derive(Clone)]
 pub(super) struct SubgraphUse<'a> {
     pub(super) name: String,
@@ -41,7 +41,7 @@ pub(super) struct SubgraphUse<'a> {
     pub(super) entry: &'a Entry,
 }
 
-/// The things that have a name.
+/// Explains every part of a pipeline with the name `name`.
 pub(super) fn things(subject: &Subject<'_>, name: &str) -> Vec<Thing> {
     let root = &subject.composed.document.root;
     let mut found = Vec::new();
@@ -197,7 +197,7 @@ fn thing(subject: &Subject<'_>, name: &str, found: &Found<'_>) -> Thing {
     }
 }
 
-/// All names that can be asked for.
+/// The names of all parts of a pipeline that have one, to suggest in place of an unknown name.
 pub(super) fn names(subject: &Subject<'_>) -> BTreeSet<String> {
     let mut names = resource_names(subject);
     for section in SECTIONS.iter().map(|(section, _)| *section).chain(["passes"]) {
@@ -209,7 +209,7 @@ pub(super) fn names(subject: &Subject<'_>) -> BTreeSet<String> {
     names
 }
 
-/// The names of all resources.
+/// The names of all resources, of the document and of the loaded pipeline.
 pub(super) fn resource_names(subject: &Subject<'_>) -> BTreeSet<String> {
     let mut names: BTreeSet<String> = keys(subject, "resources").collect();
     if let Some(pipeline) = &subject.checked.pipeline {

@@ -9,23 +9,24 @@ use umbragraph_pipeline::document::{Entry, Value, pointer_join};
 use umbragraph_pipeline::pipeline::{self, Lacking, Override};
 use umbragraph_pipeline::shader::TargetProfile;
 
-/// One value that was given.
+/// One value given to a parameter, feature, derived value or input, with its source.
 #[derive(Clone, Debug, Serialize)]
 pub struct Given {
-    /// By what: `default`, `profile NAME` (a feature that is off because the target lacks what it requires),
-    /// `preset NAME`, `parameter file`, `--set` or `--feature`, `with`.
+    /// The source of the value: `default`, `profile NAME`, `preset NAME`, `parameter file`, `--set`, `--feature`,
+    /// `with of PASS` or `its expression`. A profile switches off a feature whose requirements the target does not
+    /// meet; `with` belongs to a use of a subgraph.
     pub by: String,
     /// The value as JSON text.
     #[serde(serialize_with = "as_json")]
     pub value: String,
-    /// The place.
+    /// The place of the value in a file.
     pub at: Location,
-    /// The role of the file, for a default or a preset.
+    /// The role of the file in the composed document; `None` for a parameter file or a command-line option.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub layer: Option<Layer>,
 }
 
-/// The sources of the value of a parameter or feature.
+/// Returns the sources of the value of a parameter or feature, in increasing precedence.
 pub(super) fn given(subject: &Subject<'_>, kind: Kind, entry: &Entry, pointer: &str) -> Vec<Given> {
     let (section, settings, option) = match kind {
         Kind::Feature => ("features", &subject.overrides.features, "--feature"),
@@ -64,7 +65,8 @@ pub(super) fn given(subject: &Subject<'_>, kind: Kind, entry: &Entry, pointer: &
     list
 }
 
-/// The requirements of a feature that the profile does not meet.
+/// Returns the target profile and the requirement of a feature that it does not meet. `None` if the profile meets all,
+/// or for a parameter.
 pub(super) fn lacking_in<'a>(
     subject: &Subject<'a>,
     kind: Kind,
@@ -76,7 +78,7 @@ pub(super) fn lacking_in<'a>(
     Some((profile, lacking))
 }
 
-/// A value of the document, above what it was laid over.
+/// Adds a value of the document to `list`, after the earlier values that it replaced.
 pub(super) fn of_document(
     subject: &Subject<'_>,
     by: &str,
@@ -95,7 +97,7 @@ pub(super) fn of_document(
     });
 }
 
-/// The preset that a setting stands in.
+/// The name of the preset that contains a setting; `None` if no preset contains it.
 fn preset_of(subject: &Subject<'_>, section: &str, setting: &Override) -> Option<String> {
     let presets = subject.composed.document.root.entries_of("presets");
     let stands_in = |preset: &&Entry| {

@@ -6,7 +6,7 @@ use umbragraph_pipeline::diagnostic::render::visible;
 
 const WIDEST: usize = 44;
 
-/// The things, one after the other.
+/// Formats explanations as plain text for people, one after the other.
 pub fn human(things: &[Thing]) -> String {
     visible(&things.iter().map(thing).collect::<Vec<_>>().join("\n")).into_owned()
 }
@@ -79,7 +79,7 @@ fn cut(value: &str) -> String {
     }
 }
 
-/// Rows under one another: columns as wide as they need, nothing behind the last word of a line.
+/// Formats rows as lines of text with aligned columns, without spaces at the ends of lines.
 fn table(rows: &[[String; 4]]) -> String {
     let mut widths = [0; 4];
     for row in rows {

@@ -43,30 +43,31 @@ use umbragraph_compiler::Physical;
 use umbragraph_pipeline::diagnostic::{Diagnostic, codes, list_of};
 use umbragraph_pipeline::source::Span;
 
-/// The facts about one named thing.
+/// The explanation of one named part of a pipeline, such as a pass, a resource or a parameter.
 #[derive(Clone, Debug, Serialize)]
 pub struct Thing {
     /// The name of the explained thing.
     pub name: String,
     /// The kind of the explained thing.
     pub kind: Kind,
-    /// The kind in words, more closely: "a fullscreen pass".
+    /// The kind in words, with more detail than `kind`, such as "a pass of kind fullscreen".
     pub what: String,
     /// The author's description; `None` if the document has none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub description: Option<String>,
     /// The source location of the declaration.
     pub declared: Location,
-    /// The effective value of a parameter, feature or derived value; `None` for other kinds.
+    /// The effective value of a parameter, feature, derived value or input, as JSON text; `None` for other kinds, or if
+    /// no source gives a value.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub value: Option<String>,
-    /// Sources of the value of a parameter or feature, the lowest first: the last one counts.
+    /// The sources of the value in increasing precedence: the last one counts. Empty for kinds without a value.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub given: Vec<Given>,
-    /// The facts from the plan.
+    /// The facts about the part, such as whether a pass runs, or the memory of a resource.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub facts: Vec<PlanFact>,
-    /// Its values as they are written, each with the places that set it.
+    /// The values in the declaration, each with the places that set it.
     pub values: Vec<Origin>,
 }
 
@@ -83,10 +84,10 @@ pub struct Memory {
     pub reasons: Vec<String>,
 }
 
-/// Explains all things that have a name.
+/// Explains every part of a pipeline with the name `name`, since one name can be that of a pass and of a feature.
 ///
 /// # Errors
-/// Nothing has it; the diagnostic stands at `place`, where it is asked for.
+/// Returns a diagnostic at `place`, the place of the request, if the name does not exist.
 pub fn why(subject: &Subject<'_>, name: &str, place: Span) -> Result<Vec<Thing>, Box<Diagnostic>> {
     let things = find::things(subject, name);
     if !things.is_empty() {
@@ -106,10 +107,11 @@ pub fn why(subject: &Subject<'_>, name: &str, place: Span) -> Result<Vec<Thing>,
     Err(diagnostic)
 }
 
-/// Whether two resources share memory, and why.
+/// Returns whether two resources share memory, with the reasons. Each resource is given by its name and the place of
+/// the request.
 ///
 /// # Errors
-/// A name that no resource has; the diagnostic stands at its place.
+/// Returns a diagnostic for each name that no resource has, at the place of the request.
 pub fn why_memory(
     subject: &Subject<'_>,
     [first, second]: [(&str, Span); 2],

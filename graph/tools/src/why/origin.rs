@@ -14,7 +14,7 @@ use umbragraph_pipeline::source::{Sources, Span};
 /// A source location: file, line and column.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Location {
-    /// The file, as diagnostics show it.
+    /// The name of the file, as diagnostics show it.
     pub file: String,
     /// The line, from 1.
     pub line: u32,
@@ -28,35 +28,35 @@ impl std::fmt::Display for Location {
     }
 }
 
-/// One value with the place that set it.
+/// One value with the place that set it, and the earlier values that it replaced.
 #[derive(Clone, Debug, Serialize)]
 pub struct Origin {
     /// The path of the value: keys joined by dots.
     pub path: String,
-    /// The effective value, after all overrides.
+    /// The effective value, with the place that set it.
     #[serde(flatten)]
     pub written: Written,
-    /// The values that it replaced, the newest first.
+    /// The values that the effective one replaced, the newest first.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub replaced: Vec<Written>,
 }
 
-/// A value, and where it is written.
+/// A value with the place in a file at which it is written.
 #[derive(Clone, Debug, Serialize)]
 pub struct Written {
     /// The value as JSON text; for a value that was deleted, "null".
     #[serde(serialize_with = "as_json")]
     pub value: String,
-    /// The place in a file.
+    /// The place of the value in a file.
     pub at: Location,
-    /// The role of the file in the document.
+    /// The role of the file in the composed document, such as an included file.
     pub layer: Layer,
-    /// The group of shared settings that it is taken over from.
+    /// The name of the group of shared settings that contains the value; `None` if the value is not shared.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shared_settings: Option<String>,
 }
 
-/// JSON text as the value that it is.
+/// Serializes JSON text as the value that it represents, and other text as a string.
 pub(super) fn as_json<S: Serializer>(text: &str, serializer: S) -> Result<S::Ok, S::Error> {
     match serde_json::from_str::<serde_json::Value>(text) {
         Ok(value) => value.serialize(serializer),
@@ -64,7 +64,7 @@ pub(super) fn as_json<S: Serializer>(text: &str, serializer: S) -> Result<S::Ok,
     }
 }
 
-/// The position of a place.
+/// Converts a source place to its file, line and column.
 pub(super) fn location(sources: &Sources, span: Span) -> Location {
     match sources.get(span.file) {
         Some(file) => {
@@ -75,7 +75,7 @@ pub(super) fn location(sources: &Sources, span: Span) -> Location {
     }
 }
 
-/// The value of an expression as JSON on one line.
+/// Formats the value of an expression as JSON on one line.
 pub(super) fn computed(value: &umbragraph_pipeline::expression::Value) -> String {
     use umbragraph_pipeline::expression::Value as V;
     match value {
@@ -85,7 +85,7 @@ pub(super) fn computed(value: &umbragraph_pipeline::expression::Value) -> String
     }
 }
 
-/// A value as JSON on one line.
+/// Formats a value of a document as JSON on one line.
 pub(super) fn json(value: &Value) -> String {
     match &value.kind {
         Kind::Array(elements) => {
@@ -106,7 +106,7 @@ pub(super) fn json(value: &Value) -> String {
     }
 }
 
-/// The origins of all values below a pointer, with `prefix` before each path.
+/// Returns the values below a JSON pointer, each with the places that set it. Each path begins with `prefix`.
 pub(super) fn origins(subject: &Subject<'_>, pointer: &str, value: &Value, prefix: &str) -> Vec<Origin> {
     let mut origins = Vec::new();
     let mut leaves = Vec::new();
@@ -164,14 +164,15 @@ fn leaf(
     }
 }
 
-/// Whether a list is worth a line for each element: it holds objects, or comes from several files.
+/// Returns `true` if each element of a list gets a line of its own, because the list holds objects or comes from
+/// several files.
 fn is_mixed(value: &Value) -> bool {
     value.elements().unwrap_or_default().iter().any(|element| {
         element.span.file != value.span.file || element.entries().is_some_and(|entries| !entries.is_empty())
     })
 }
 
-/// The value at a pointer before.
+/// The earlier values at a JSON pointer that were replaced, the newest first.
 pub(super) fn older(subject: &Subject<'_>, pointer: &str) -> Vec<Written> {
     let places = subject.composed.replaced.get(pointer).map(Vec::as_slice).unwrap_or_default();
     let older = places.iter().map(|place| written(subject, pointer, *place, text(subject.sources, *place)));
@@ -187,7 +188,7 @@ fn written(subject: &Subject<'_>, pointer: &str, place: Span, value: String) -> 
     }
 }
 
-/// The value at a place, as JSON on one line.
+/// Formats the value at a source place as JSON on one line.
 fn text(sources: &Sources, place: Span) -> String {
     let mut scratch = Sources::new();
     let file = scratch.add("", sources.text(place));
@@ -197,12 +198,12 @@ fn text(sources: &Sources, place: Span) -> String {
     }
 }
 
-/// The role of the file of a place.
+/// The role, in the composed document, of the file that contains a source place.
 pub(super) fn layer(subject: &Subject<'_>, place: Span) -> Layer {
     subject.composed.layers.get(&place.file).copied().unwrap_or(Layer::Pipeline)
 }
 
-/// The group of shared settings that a value of a pass is taken over from.
+/// The name of the group of shared settings that contains a value of a pass; `None` if the value is not shared.
 fn shared_settings(subject: &Subject<'_>, pointer: &str, place: Span) -> Option<String> {
     let is_pass = pointer.contains("/passes/") && !pointer.contains("/shared_settings/");
     is_pass.then(|| SharedPlaces::of(&subject.composed.document).find(place).map(str::to_owned)).flatten()

@@ -6,24 +6,24 @@ use super::origin::{Location, location};
 use super::subject::Subject;
 use umbragraph_pipeline::source::Span;
 
-/// One thing that the plan says of a name.
+/// One fact about a named part of a pipeline.
 #[derive(Clone, Debug, Serialize)]
 pub struct PlanFact {
-    /// The subject: `runs`, `kept`, `memory`.
+    /// The subject of the fact, such as `runs`, `kept` or `memory`.
     pub about: &'static str,
     /// The fact in words.
     pub text: String,
-    /// The place in a document that causes it, if there is one.
+    /// The place in a document that states or causes the fact; `None` if there is none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub at: Option<Location>,
 }
 
-/// A fact that somebody says at a place.
+/// Creates a fact that a document states or causes at `place`.
 pub(super) fn said(subject: &Subject<'_>, about: &'static str, text: String, place: Span) -> PlanFact {
     PlanFact { about, text, at: Some(location(subject.sources, place)) }
 }
 
-/// A fact that no file says.
+/// Creates a fact without a place in a document.
 pub(super) fn fact(about: &'static str, text: impl Into<String>) -> PlanFact {
     PlanFact { about, text: text.into(), at: None }
 }

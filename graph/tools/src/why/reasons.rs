@@ -4,17 +4,19 @@ use umbragraph_compiler::{CullReason, KeepReason, Plan, PlannedPass};
 use umbragraph_pipeline::diagnostic::list_of;
 use umbragraph_pipeline::work::PassHandle;
 
-/// The steps of the way from a live pass to an output; none of a culled pass.
+/// The reason why a live pass is kept, one message for each step from the pass through its readers to an output. Empty
+/// for a culled pass.
 pub fn why_kept(plan: &Plan, pass: PassHandle) -> impl Iterator<Item = String> {
     plan.why_kept(pass).map(|planned| kept(plan, planned))
 }
 
-/// The steps of the way from a culled pass to the reader that nothing reads; none of a live pass.
+/// The reason why a pass is culled, one message for each step from the pass to a reader whose own results nothing
+/// reads. Empty for a live pass.
 pub fn why_culled(plan: &Plan, pass: &str) -> impl Iterator<Item = String> {
     plan.why_culled(pass).map(|(pass, reason)| culled(pass, reason))
 }
 
-/// One step of the way to an output.
+/// Returns the reason why the compiler keeps one pass in words: an output, a side effect or a pass that reads from it.
 pub(super) fn kept(plan: &Plan, planned: &PlannedPass) -> String {
     const MANY: &str =
         "more writers of different subresource ranges, or with different toggles, than are told apart";
@@ -37,7 +39,7 @@ pub(super) fn kept(plan: &Plan, planned: &PlannedPass) -> String {
     }
 }
 
-/// The reason why a pass is culled.
+/// Returns the reason why one pass is culled in words.
 fn culled(pass: &str, reason: &CullReason) -> String {
     let names = |names: &[String]| list_of(names.iter().map(String::as_str));
     match reason {

@@ -8,53 +8,53 @@ use umbragraph_pipeline::model::Model;
 use umbragraph_pipeline::pipeline::Overrides;
 use umbragraph_pipeline::source::Sources;
 
-/// A pipeline that is asked about.
+/// A checked pipeline whose named parts can be explained.
 #[derive(Clone, Copy, Debug)]
 pub struct Subject<'a> {
-    /// Its document.
+    /// The pipeline document, composed of all its files.
     pub composed: &'a Composed,
-    /// The names and strings of the document.
+    /// The declarations and strings of the document, with the resolved uses of names.
     pub model: &'a Model,
-    /// The overrides of parameters and features, the last over the first.
+    /// The caller's values of parameters and features; a later value replaces an earlier one.
     pub overrides: &'a Overrides,
-    /// The report of the check.
+    /// The results of checking the pipeline.
     pub checked: &'a CheckReport,
-    /// The texts.
+    /// The texts of the source files.
     pub sources: &'a Sources,
 }
 
-/// The kinds of things that have names.
+/// The kind of a named part of a pipeline.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Kind {
     /// A pass, a loop of passes, or a use of a subgraph.
     Pass,
-    /// A resource.
+    /// A texture, a buffer or data on the CPU.
     Resource,
     /// A parameter, of the pipeline or of one use of a subgraph.
     Parameter,
-    /// A feature.
+    /// A feature: a boolean or an enumeration that chooses shader variants and passes.
     Feature,
     /// A derived value, of the pipeline or of one use of a subgraph.
     Derived,
-    /// A toggle.
+    /// A runtime toggle that the host can switch in each frame.
     Toggle,
-    /// A preset.
+    /// A preset: a named set of values of parameters and features.
     Preset,
-    /// A group of shared settings.
+    /// A named group of settings that passes can share.
     SharedSettings,
-    /// A subgraph.
+    /// A subgraph: a reusable group of passes.
     Subgraph,
     /// An input of a use of a subgraph.
     Input,
-    /// A point for extensions.
+    /// A named point between passes at which extension files can insert passes.
     ExtensionPoint,
-    /// A contract with the host's draws.
+    /// The vertex inputs and bindings that the host's draws provide.
     Geometry,
 }
 
 impl Kind {
-    /// The word, with its article.
+    /// The kind in words with its article, such as "a pass".
     pub fn name(self) -> &'static str {
         match self {
             Kind::Pass => "a pass",

@@ -19,7 +19,7 @@ use umbragraph_pipeline::pipeline::{SubresourceRange, TypedPipeline, Usage, Vers
 use umbragraph_pipeline::source::Sources;
 use umbragraph_pipeline::work::{LoadOperation, PassHandle, ResourceHandle};
 
-/// The description of a random pass: resources by number, each modulo their count.
+/// A random pass; `reads` and `writes` are numbers of resources, modulo the resource count.
 #[derive(Clone, Debug)]
 struct RandomPass {
     reads: Vec<usize>,
@@ -27,7 +27,8 @@ struct RandomPass {
     range: Option<u32>,
     action: u8,
     side_effect: bool,
-    /// A buffer for the pass so many places later: the bytes at 64 texels of width, divided by 4.
+    /// A buffer that a later pass reads; `None` for no buffer. The values are a quarter of its bytes at a viewport
+    /// width of 64, and the distance to the reader in passes.
     scratch: Option<(u32, usize)>,
 }
 
@@ -51,7 +52,7 @@ fn passes() -> impl Strategy<Value = Vec<RandomPass>> {
     proptest::collection::vec(one, 1..40)
 }
 
-/// The version that each subresource range of a resource has, and the passes that wrote the whole of it.
+/// The writes to a resource so far: the last writer, the written mips (`None` for all), and the names of the writers.
 #[derive(Default)]
 struct Written {
     last: Option<PassHandle>,
@@ -62,7 +63,8 @@ struct Written {
 }
 
 impl Written {
-    /// As much as one access can read of what was written, whatever the number of layers.
+    /// Returns the largest written range that one access can read, for any number of layers; `None` if nothing is
+    /// written.
     fn readable(&self) -> Option<SubresourceRange> {
         let is_written = |mip: u32| self.ranges.contains_key(&None) || self.ranges.contains_key(&Some(mip));
         if (0..3).all(is_written) {
@@ -73,13 +75,13 @@ impl Written {
     }
 }
 
-/// A valid pipeline of random passes over `count` resources, planned.
+/// Plans a valid pipeline of random passes over `count` resources.
 fn planned(passes: &[RandomPass], count: usize, options: &PlanOptions) -> Plan {
     with_unrelated(passes, count, options, None)
 }
 
-/// A planned random pipeline with one further pass that shares no resource with the others. `unrelated` is its
-/// position, and whether it has a side effect.
+/// Plans a random pipeline with one further pass that shares no resource with the others. `unrelated` is the position
+/// of this pass, and whether it has a side effect; `None` for no such pass.
 fn with_unrelated(
     passes: &[RandomPass],
     count: usize,
@@ -93,7 +95,7 @@ fn with_unrelated(
     planned.unwrap_or_else(|| panic!("{diagnostics:#?}"))
 }
 
-/// The pipeline itself.
+/// Makes a valid pipeline of random passes over `count` resources.
 fn pipeline(
     passes: &[RandomPass],
     count: usize,

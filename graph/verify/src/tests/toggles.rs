@@ -16,7 +16,7 @@ use umbragraph_pipeline::work::{LoadOperation, PassHandle, ResourceHandle};
 
 const TOGGLES: usize = 3;
 
-/// The initial writers of a resource: one pass for each of these mips, or one for everything if absent.
+/// The choices of initial writers of a resource: one pass for each range of mips, or `None` for all mips.
 const BEGINNINGS: [&[Option<IndexRange<u32>>]; 4] = [
     &[None],
     &[Some(IndexRange { first: 0, count: 1 }), Some(IndexRange { first: 1, count: 2 })],
@@ -28,14 +28,14 @@ const BEGINNINGS: [&[Option<IndexRange<u32>>]; 4] = [
     ],
 ];
 
-/// The description of a random pass: resources by number, each modulo their count.
+/// A random pass; `reads` and `own` are numbers of resources, modulo the resource count.
 #[derive(Clone, Debug)]
 struct RandomPass {
     reads: Vec<usize>,
     own: usize,
     action: u8,
     toggle: Option<(usize, bool)>,
-    /// The mips that it reads and writes; all if absent.
+    /// The first mip and the number of mips that the pass accesses; `None` for all.
     mips: Option<(u32, u32)>,
 }
 
@@ -47,7 +47,7 @@ fn passes() -> impl Strategy<Value = Vec<RandomPass>> {
     proptest::collection::vec(one, 1..20)
 }
 
-/// The plan of random passes over resources with different initial writers.
+/// Plans random passes over resources whose initial writers are indices into [`BEGINNINGS`].
 fn planned(passes: &[RandomPass], beginnings: &[usize], options: &PlanOptions) -> Plan {
     let count = beginnings.len();
     let mut assembly = Assembly::new("random");

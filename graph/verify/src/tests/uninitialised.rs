@@ -23,7 +23,7 @@ enum Kind {
     Buffer,
 }
 
-/// A subresource range; each kind of resource uses the parts that it has.
+/// A random subresource range, of which each kind of resource uses the dimensions that it has.
 #[derive(Clone, Copy, Debug)]
 struct RandomRange {
     mips: Option<(u32, u32)>,
@@ -36,9 +36,10 @@ struct RandomRange {
 struct RandomAccess {
     range: RandomRange,
     toggle: Option<(usize, bool)>,
-    /// The writer whose version a reader reads; the newest without it, or if there are fewer.
+    /// The index of the writer whose version a reader reads; the newest version if `None` or if there are fewer
+    /// writers.
     version: Option<usize>,
-    /// Whether a reader is kept.
+    /// Whether a reader has a side effect, so that it is not culled.
     is_live: bool,
 }
 
@@ -47,7 +48,7 @@ const MIPS: u32 = 3;
 const LAYERS: u32 = 4;
 const WORDS: u64 = 6;
 
-/// A mip, a layer or slice, an aspect and a word: one piece of a resource.
+/// One piece of a resource: a mip, a layer or depth slice, an aspect and a four-byte word.
 type Piece = (u32, u32, usize, u64);
 
 fn pieces(kind: Kind) -> Vec<Piece> {
@@ -103,7 +104,7 @@ fn has(range: SubresourceRange, (mip, layer, aspect, word): Piece) -> bool {
     within(range.mip, mip) && within(range.layer, layer) && range.aspect != other && bytes
 }
 
-/// The pipeline, with a first pass that writes everything if so wished.
+/// Makes a pipeline of random writers and readers; `begins` adds a first pass that writes everything.
 fn pipeline(
     kind: Kind,
     writers: &[RandomAccess],
@@ -163,8 +164,8 @@ fn pipeline(
     assembly.finish()
 }
 
-/// Of the pieces that a reader reads, how many no earlier writer leaves in any frame with the reader, and how many are
-/// left.
+/// Returns the number of pieces read that no earlier writer writes in any frame with the reader, and the number of
+/// other pieces read.
 fn uninitialised_and_written(kind: Kind, writers: &[RandomAccess], reader: &RandomAccess) -> (usize, usize) {
     let earlier =
         reader.version.filter(|version| *version < writers.len()).map_or(writers.len(), |at| at + 1);
@@ -268,7 +269,7 @@ proptest! {
     }
 }
 
-/// Some mips and layers of a layered texture; all if absent.
+/// Returns an access to mips and layers of a layered texture, each as first and count; `None` for all.
 fn layered(mips: Option<(u32, u32)>, layers: Option<(u32, u32)>) -> RandomAccess {
     let range = RandomRange { mips, layers, aspect: 0, words: None };
     RandomAccess { range, toggle: None, version: None, is_live: true }

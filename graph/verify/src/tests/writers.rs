@@ -15,13 +15,13 @@ use umbragraph_pipeline::pipeline::{SubresourceRange, Usage, Version};
 /// A writer of a range of bytes.
 #[derive(Clone, Debug)]
 struct Writer {
-    /// In words of four bytes: the first, and how many.
+    /// The first word and the number of words, of four bytes each.
     range: (u64, u64),
     toggle: Option<(usize, bool)>,
     loads: bool,
 }
 
-/// The plan of a pass that fills a buffer, these writers one after the other, and one that reads some of it.
+/// Plans a pass that fills a buffer of `words` words, the writers in order, and a pass that reads the words `read`.
 fn planned(writers: &[Writer], toggles: usize, words: u64, read: (u64, u64)) -> (Graph, Plan) {
     let mut assembly = Assembly::new("writers");
     let buffer = assembly.buffer("a", words as u32 * 4, Lifetime::Transient);
@@ -49,7 +49,7 @@ fn planned(writers: &[Writer], toggles: usize, words: u64, read: (u64, u64)) -> 
     (graph, planned.unwrap_or_else(|| panic!("{diagnostics:#?}")))
 }
 
-/// The passes that the end depends on, found by playing every state, word by word.
+/// Returns the passes that the last pass depends on, found by simulating every toggle state word by word.
 fn needed(writers: &[Writer], toggles: usize, words: u64, read: (u64, u64)) -> BTreeSet<String> {
     let mut feeds: HashMap<usize, BTreeSet<usize>> = HashMap::new();
     let end = writers.len() + 1;
@@ -115,7 +115,7 @@ proptest! {
     }
 }
 
-/// Whether every read is connected to exactly the writers whose contents it reads.
+/// Returns `true` if every read is connected to exactly the writers whose contents it reads.
 fn is_exact(graph: &Graph, plan: &Plan) -> bool {
     let pipeline = &plan.pipeline;
     pipeline
@@ -123,7 +123,7 @@ fn is_exact(graph: &Graph, plan: &Plan) -> bool {
         .all(|pass| pipeline.resource_handles().all(|resource| !graph.is_coarse(pass, resource)))
 }
 
-/// Numbers without a pattern.
+/// Returns a function that makes pseudorandom numbers below its argument, from a fixed seed.
 fn numbers() -> impl FnMut(u64) -> u64 {
     let mut random = Random(12345);
     move |end| random.below(end as usize) as u64

@@ -8,7 +8,7 @@ use crate::atlas::decide::Candidate;
 use crate::atlas::request::{Pool, PoolCounts};
 
 impl Placement {
-    /// Gives each light the slots that were decided for it.
+    /// Allocates the slots of each admitted light, and releases the slots of evicted lights.
     pub(super) fn place_slots(&mut self, capacity: &PoolCounts) {
         let mut scratch = std::mem::take(&mut self.scratch);
         for pool in Pool::ALL.map(|pool| pool as usize) {
@@ -47,7 +47,7 @@ impl Placement {
         entry.held_slots[pool] = count;
     }
 
-    /// Moves all runs of a pool down, in their order, so that the free slots are contiguous.
+    /// Moves all runs of a pool towards slot 0, in their order, so that the free slots are contiguous.
     fn close_gaps(&mut self, pool: usize, scratch: &mut Scratch) {
         scratch.runs.clear();
         scratch.runs.extend(

@@ -9,7 +9,8 @@ use crate::atlas::request::{Eviction, Fate};
 use crate::atlas::tile::Tile;
 
 impl Placement {
-    /// Gives each light the tiles that were decided for it.
+    /// Allocates the tiles of each admitted light in an atlas with a side of `side` texels. Releases the tiles of
+    /// evicted lights.
     pub(super) fn place_tiles(&mut self, side: u32) {
         let mut scratch = std::mem::take(&mut self.scratch);
         scratch.pending.iter_mut().for_each(Vec::clear);
@@ -43,7 +44,7 @@ impl Placement {
         self.scratch = scratch;
     }
 
-    /// Places all pending tiles of one size; what has to make room for them becomes pending in a smaller one.
+    /// Places all pending tiles of one size class. Smaller tiles that must make room become pending in their own class.
     fn place_class(&mut self, class: usize, scratch: &mut Scratch) {
         let size = self.settings.min_tile << class;
         let pending = std::mem::take(&mut scratch.pending[class]);
@@ -77,7 +78,7 @@ impl Placement {
         scratch.pending[class] = pending;
     }
 
-    /// Lists the blocks of one size that hold smaller tiles only, by used area, least first.
+    /// Lists the blocks of one size class that contain smaller tiles, in ascending order of the used area.
     fn find_blocks(&self, class: usize, scratch: &mut Scratch) {
         let Scratch { movable, blocks, .. } = scratch;
         movable.clear();
@@ -106,7 +107,7 @@ impl Placement {
         blocks.sort_unstable();
     }
 
-    /// Takes all tiles out of a block of the list.
+    /// Releases all tiles in the block at index `block` of `scratch.blocks`, and makes them pending.
     fn clear_block(&mut self, block: usize, scratch: &mut Scratch) {
         let Some((_, _, start, end)) = scratch.blocks.get(block).copied() else { return };
         for (_, _, entry, position) in &scratch.movable[start..end] {

@@ -32,7 +32,7 @@ fn declare(settings: &str, parameters: &str) -> (Option<TypedPipeline>, Diagnost
     (pipeline, diagnostics, sources)
 }
 
-/// The data that a pass with these settings publishes for a frame.
+/// The blackboard data that a `cascades` pass with these settings publishes for a frame.
 pub(super) fn run(settings: &str, frame: &FrameInput) -> BlackboardData {
     let (pipeline, diagnostics, _) = declare(settings, "");
     assert!(!diagnostics.has_errors(), "{diagnostics:?}");

@@ -19,14 +19,14 @@ use super::splits::{Blend, BlendOf, Splits};
 use super::{Cascade, CascadeSet, MAX_CASCADES, light};
 
 impl Configuration {
-    /// Fits the cascades of one frame to the light that is named, or matters most.
+    /// Fits the cascades of one frame to the configured light, or to the light that [`light::choose`] prefers.
     fn fit(&self, frame: &FrameInput) -> CascadeSet {
         let light = light::choose(&frame.lights, self.light.as_deref());
         light.map(|(_, light)| self.fit_light(light, frame)).unwrap_or_default()
     }
 }
 
-/// The cascades of a typical setting: far distances as listed, 2048 texels, everything else as without settings.
+/// A typical configuration: far distances in metres, maps of 2048 texels, a blend zone of 0.05, else default settings.
 fn configuration(far: &[f64]) -> Configuration {
     let mut all = [0.0; MAX_CASCADES];
     all[..far.len()].copy_from_slice(far);
@@ -71,13 +71,14 @@ fn identity_camera() -> Camera {
     )
 }
 
-/// The texel of a world point, from the upper left, and its clip depth.
+/// The texel coordinates of a world point in the cascade's map, from the upper left (x, y), and its clip depth (z).
 fn lookup(cascade: &Cascade, resolution: f64, point: DVec3) -> DVec3 {
     let clip = cascade.view.clip_from_world.transform_point3(point);
     DVec3::new((clip.x * 0.5 + 0.5) * resolution, (0.5 - clip.y * 0.5) * resolution, clip.z)
 }
 
-/// A point of the picture's frustum at a distance along the view axis; `x` and `y` from −1 to 1.
+/// A world point in the view frustum at `depth` metres along the view axis; `x` and `y` run from −1 to 1 across the
+/// picture.
 fn frustum_point(camera: &Camera, depth: f64, x: f64, y: f64) -> DVec3 {
     let [left_bottom, right_bottom, left_top, _] = camera.slice_corners(depth);
     left_bottom + (right_bottom - left_bottom) * (x * 0.5 + 0.5) + (left_top - left_bottom) * (y * 0.5 + 0.5)

@@ -6,7 +6,7 @@ use glam::DVec4;
 
 use super::*;
 
-/// The largest distance of a shift, in texels, from a whole number of texels.
+/// The difference of a shift, in texels, from a whole number of texels: the larger one of x and y.
 fn fraction(shift: DVec3) -> f64 {
     (shift - shift.round()).truncate().abs().max_element()
 }

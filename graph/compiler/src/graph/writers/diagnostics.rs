@@ -8,7 +8,7 @@ use umbragraph_pipeline::diagnostic::{Diagnostic, Diagnostics, codes};
 use umbragraph_pipeline::pipeline::{Located as _, ResourceKind, TypedPipeline};
 use umbragraph_pipeline::work::ResourceHandle;
 
-/// The maximum number of members of a cycle that a diagnostic names.
+/// The maximum number of passes of a cycle that a diagnostic names.
 const SHOWN: usize = 32;
 
 impl Builder<'_> {
@@ -119,8 +119,8 @@ pub(super) fn unordered_writers(
         .help(order_help(name(first), name(second)))
 }
 
-/// The help text that puts one pass after the other. The names lose their common prefix: of two uses of a subgraph the
-/// one waits for the other, and two passes of one instance are ordered inside of the subgraph.
+/// Returns the help text that tells how to order two passes with `after`. A common subgraph prefix is removed from both
+/// names, so that the text names the passes or subgraph instances to order.
 fn order_help(first: &str, second: &str) -> String {
     let outer = first
         .match_indices('.')

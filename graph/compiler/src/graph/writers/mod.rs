@@ -32,37 +32,37 @@ use umbragraph_pipeline::diagnostic::Diagnostics;
 use umbragraph_pipeline::pipeline::{Condition, TypedPipeline, Version};
 use umbragraph_pipeline::work::{PassHandle, ResourceHandle};
 
-/// The reason why one pass comes before another.
+/// The reason why one pass must run before another: it reads a resource that the other writes, or a hazard.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Via {
     Data(ResourceHandle),
     Order(Hazard),
 }
 
-/// A graph in the making.
+/// A builder for a [`Graph`], which orders the writers of each resource and adds edges.
 pub(crate) struct Builder<'a> {
     pipeline: &'a TypedPipeline,
     accesses: &'a [Vec<PassAccess<'a>>],
-    /// Successors of each pass, and why.
+    /// The successors of each pass, by pass index, each with the reason.
     next: Vec<SmallVec<[(PassHandle, Via); 4]>>,
-    /// The reads of each pass: a resource, and the rank of the writer.
+    /// The reads of each pass, by pass index: a resource, and the rank of the writer whose version is read.
     reads: Vec<SmallVec<[(ResourceHandle, u32); 3]>>,
-    /// The writers of each resource that is ordered.
+    /// The writers of each resource, by resource index; `None` until they are ordered.
     ordered: Vec<Option<Writers>>,
-    /// The reads that may have more edges than there is data.
+    /// The reads, as reader and resource, that may have edges from writers of which they read nothing.
     coarse: BTreeSet<(PassHandle, ResourceHandle)>,
-    /// The reads of which something may not be written.
+    /// The reads that may find unwritten contents; this can be decided only once resource sizes are known.
     partial: Vec<PartialRead>,
-    /// The order that "after" alone declares.
+    /// The order that the document states with `after` and with reads of named versions (`resource@pass`).
     stated: Stated,
-    /// The position of each pass in an order that respects all edges when it was made.
+    /// The position of each pass, by pass index, in an order that respects all edges that existed when it was computed.
     position: Vec<usize>,
-    /// Whether an edge was added since that the positions do not respect.
+    /// Whether `position` does not respect some edge, or was not computed yet.
     is_outdated: bool,
 }
 
 impl<'a> Builder<'a> {
-    /// A graph with the explicit edges only.
+    /// Starts a graph with only the edges that `after` declares.
     pub(crate) fn new(pipeline: &'a TypedPipeline, accesses: &'a [Vec<PassAccess<'a>>]) -> Self {
         let count = pipeline.passes.len();
         let mut builder = Self {
@@ -85,7 +85,8 @@ impl<'a> Builder<'a> {
         builder
     }
 
-    /// Orders the writers of every resource and connects what they feed; whether an order is left.
+    /// Orders the writers of every resource and adds all edges. Returns `true` if no cycle and no unordered writers
+    /// remain.
     pub(crate) fn order_all(&mut self, diagnostics: &mut Diagnostics) -> bool {
         let mut waiting: Vec<ResourceHandle> = Vec::new();
         for resource in self.pipeline.resource_handles() {
@@ -144,8 +145,8 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// The edges that hold whatever the order of the writers is: from a named version to its reader, and from the
-    /// writers to who reads the newest version where others are stated to be behind it.
+    /// Adds the edges that hold for every order of the writers. A named version precedes its reader. If some writers
+    /// are stated to run after a reader of the newest version, all others precede that reader.
     fn add_certain(&mut self, resource: ResourceHandle) {
         let list = &self.accesses[resource.index()];
         let names = named_writers(self.pipeline, list, 0..list.len());
@@ -169,7 +170,8 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// Finds the position of each pass in an order that respects all edges so far; false if there is a cycle.
+    /// Computes the position of each pass in an order that respects all edges so far. Returns `false` if there is a
+    /// cycle.
     fn find_positions(&mut self) -> bool {
         if !self.is_outdated {
             return true;
@@ -184,8 +186,8 @@ impl<'a> Builder<'a> {
         sorted(self.next.len(), |pass| self.next[pass].iter().map(|(to, _)| *to))
     }
 
-    /// The writers of a resource in their order, or the first two that nothing orders; with the rule about a first
-    /// writer, or without.
+    /// Returns the writers of a resource in write order, or the first two that nothing orders. If `rule` is `true`,
+    /// writers that load nothing may run before writers that load.
     fn order_writers(
         &self,
         resource: ResourceHandle,
@@ -247,7 +249,7 @@ impl<'a> Builder<'a> {
         Ok(writers.list)
     }
 
-    /// Whether a way leads from one pass to another.
+    /// Returns `true` if a path of edges leads from one pass to another.
     fn reaches(&self, from: PassHandle, to: PassHandle, position: &[usize]) -> bool {
         if from == to || self.next[from.index()].iter().any(|(next, _)| *next == to) {
             return true;
@@ -267,7 +269,7 @@ impl<'a> Builder<'a> {
         false
     }
 
-    /// Returns the graph with all connected passes and versions.
+    /// Returns the finished graph: a node for each pass and version, and an edge for each write, read and ordering.
     pub(crate) fn finish(self) -> Graph {
         let order = self.sorted();
         let edges: usize = self.next.iter().map(SmallVec::len).sum();
@@ -312,12 +314,13 @@ impl<'a> Builder<'a> {
     }
 }
 
-/// Whether two passes never run in one frame, so that no order between them matters.
+/// Returns `true` if two passes with these toggle conditions never run in one frame, so that they need no order.
 fn never_together(a: Option<Condition>, b: Option<Condition>) -> bool {
     a.zip(b).is_some_and(|(a, b)| a == b.opposite())
 }
 
-/// The writers of a resource by the name of their pass; of several writes of one pass the last in the given order.
+/// Returns the writers of a resource as indices into `list`, by pass name. If a pass writes several times, its last
+/// write in `order` counts.
 fn named_writers<'a>(
     pipeline: &'a TypedPipeline,
     list: &[PassAccess<'_>],

@@ -33,13 +33,15 @@ use umbragraph_pipeline::language::Lifetime;
 use umbragraph_pipeline::pipeline::{Condition, ResourceKind, SubresourceRange, Version};
 use umbragraph_pipeline::work::{PassHandle, ResourceHandle};
 
-/// The number of hazards of an access that have edges though they may follow from others.
+/// The number of hazard edges of one access that are added even if they follow from other edges.
 const SHOWN_EDGES: usize = 16;
-/// The number of writers that a reader reads directly; the contents that they pass on cover the rest.
+/// The number of writers with direct edges to one reader. After that, older writers need no edge if newer writers load
+/// and pass on their contents.
 const DIRECT_READS: usize = 16;
 
 impl Builder<'_> {
-    /// Adds the edges of a resource whose writers are in order.
+    /// Adds the read and hazard edges of a resource. `order` holds its writers in write order, as indices into its
+    /// accesses.
     pub(super) fn connect(
         &mut self,
         resource: ResourceHandle,
@@ -104,13 +106,14 @@ impl Builder<'_> {
         self.ordered[resource.index()] = Some(writers);
     }
 
-    /// A write that a reader reads.
+    /// Adds the edge for a read of a version. `rank` is the rank of the writer among the writers of the resource.
     fn feed(&mut self, resource: ResourceHandle, rank: usize, writer: PassHandle, reader: PassHandle) {
         self.add(writer, reader, Via::Data(resource));
         self.reads[reader.index()].push((resource, rank as u32));
     }
 
-    /// Connects one reader to the writers that feed it, and to the later ones, which overwrite it.
+    /// Connects one reader to the writers whose versions it reads, and to the later writers that overwrite these
+    /// versions.
     fn connect_reader(
         &mut self,
         resource: ResourceHandle,
@@ -246,17 +249,17 @@ impl Builder<'_> {
     }
 }
 
-/// The writers of a resource as its readers look through them.
+/// The writers of a resource, with shared state of the searches for the versions that its readers read.
 struct WritersInView<'a> {
     writers: &'a Writers,
-    /// Whether the writers are always there and write one subresource or everything.
+    /// Whether no writer has a toggle, and the subresource range of each writer is plain (`Writers::are_plain`).
     simple: bool,
-    /// The oldest writer with each condition that does not load.
+    /// The rank of the oldest writer that does not load, for each toggle condition.
     covers: HashMap<Condition, usize>,
     effort: Effort,
 }
 
-/// The writers that have to run before, or after, one access.
+/// Decides which writers before, or after, one access need a hazard edge to it.
 struct Hazards {
     range: SubresourceRange,
     unmet: Unmet,
@@ -268,7 +271,7 @@ impl Hazards {
         Self { range, unmet: Unmet::new(range, condition), shown: 0 }
     }
 
-    /// Whether the next writer has an edge.
+    /// Returns `true` if the next writer, of a subresource range and toggle condition, needs an edge. Counts that edge.
     fn shows(&mut self, range: SubresourceRange, condition: Option<Condition>) -> bool {
         let shows = range.overlaps(self.range)
             && (self.shown < SHOWN_EDGES || self.unmet.has_to_meet(range, condition));
@@ -279,13 +282,13 @@ impl Hazards {
         shows
     }
 
-    /// Whether all others follow.
+    /// Returns `true` if the orders with all further writers follow from the edges so far.
     fn are_done(&self) -> bool {
         self.shown >= SHOWN_EDGES && self.unmet.is_empty()
     }
 }
 
-/// The intersection of two plain parts that overlap.
+/// Returns the intersection of two plain subresource ranges that overlap.
 fn common_of_plain(a: SubresourceRange, b: SubresourceRange) -> SubresourceRange {
     SubresourceRange { mip: a.mip.or(b.mip), layer: a.layer.or(b.layer), ..SubresourceRange::WHOLE }
 }

@@ -13,7 +13,7 @@ use umbragraph_shaders::{Member, TypeLayout, VertexInput};
 use umbragraph_text::diagnostic::{codes, suggested_name};
 use umbragraph_text::language::{GeometryDeclaration, HostBinding};
 
-/// A message, and the help for it.
+/// A message about a mismatch, and the help text for it.
 type Misfit = (String, String);
 
 /// Checks a program against a geometry contract and reports what does not fit. Returns `true` if all fits.

@@ -82,7 +82,7 @@ impl Environment {
         if self.is_file { self.locals.get(name).cloned() } else { scope.lookup(name) }
     }
 
-    /// Adds the places where the enclosing subgraphs are used to a diagnostic.
+    /// Adds the places where the enclosing subgraphs are used to a diagnostic, as related places.
     pub fn told(&self, diagnostic: Diagnostic) -> Diagnostic {
         self.used_at.iter().fold(diagnostic, |told, place| told.related(*place, "used here"))
     }

@@ -15,13 +15,13 @@ use umbragraph_text::language::{
 /// The kinds of JSON files that people write.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FileKind {
-    /// A pipeline.
+    /// A pipeline file.
     Pipeline,
-    /// Passes for the extension points of a pipeline.
+    /// An extension file: passes for the extension points of a pipeline.
     Extension,
-    /// Values of parameters and features.
+    /// A parameter file: values of parameters and features.
     Parameters,
-    /// A subgraph in a file of its own.
+    /// A subgraph file, which pipelines use by its path.
     Subgraph,
 }
 

@@ -23,13 +23,13 @@ use umbragraph_text::source::Span;
 /// A derived value: a named expression over parameters, features and other derived values.
 #[derive(Clone, Debug)]
 pub struct Derived {
-    /// The value.
+    /// The value in this configuration.
     pub value: Value,
-    /// The words that the value can have; `None` if it is not limited to a list of words.
+    /// The words that the value can have; `None` if the value is not limited to a list of words.
     pub words: Option<Vec<String>>,
     /// The place of the expression in the document.
     pub place: Span,
-    /// The expression.
+    /// The parsed expression of the value.
     pub expression: Expression,
     /// The position in an order in which each derived value follows those that it depends on.
     pub rank: usize,

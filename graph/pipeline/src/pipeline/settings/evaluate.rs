@@ -17,10 +17,10 @@ use umbragraph_text::language::{Expr, Word};
 /// Evaluates expressions in settings. Each method takes the JSON pointer of the setting, relative to the settings of
 /// the node kind. Methods report their diagnostics themselves, and then return `None`.
 pub trait Evaluate {
-    /// Evaluates an expression over parameters and features.
+    /// Evaluates an expression that uses parameters and features.
     fn value(&mut self, expr: &Expr, pointer: &str) -> Option<Value>;
 
-    /// Adds a diagnostic and places it at a setting.
+    /// Adds a diagnostic, and places it at the setting with the JSON pointer `pointer`.
     fn add(&mut self, diagnostic: Diagnostic, pointer: &str);
 
     /// Reports an error at a setting.

@@ -20,7 +20,7 @@ use umbragraph_text::expression::{Expression, ExpressionKind, Value};
 use umbragraph_text::language::ParameterDeclaration;
 use umbragraph_text::source::Span;
 
-/// The use of a parameter that makes it structural: a change of its value needs a new plan.
+/// The use of a parameter that makes the parameter structural: a change of its value then needs a new plan.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Structural {
     /// The place of the use in the document.
@@ -29,7 +29,8 @@ pub struct Structural {
     pub pointer: String,
 }
 
-/// A setting of a pass that is evaluated again when a live parameter changes.
+/// A setting of a pass that is evaluated again when a live parameter changes. Live parameters can change from frame to
+/// frame.
 #[derive(Clone, Debug)]
 pub struct LiveSetting {
     /// Validates a new value. It accepts any value for blocks, workgroups and CPU nodes, which validate the value
@@ -41,12 +42,12 @@ pub struct LiveSetting {
     pub value: Deferred,
 }
 
-/// A value that follows from parameters: a derived value, or an argument of a subgraph.
+/// A value that depends on parameters: a derived value, or an argument of a subgraph.
 #[derive(Clone, Debug)]
 pub struct Following {
     /// The name of the value in expressions.
     pub name: String,
-    /// The expression, over parameters and earlier values.
+    /// The expression, which uses parameters and earlier values.
     pub expression: Expression,
     /// The declaration with its limits, for a parameter of a subgraph; `None` for a derived value.
     pub declaration: Option<ParameterDeclaration>,
@@ -54,14 +55,14 @@ pub struct Following {
     pub place: Span,
 }
 
-/// A constraint on the values of parameters, which is checked again when a live parameter changes.
+/// A condition on the values of parameters, which is checked again when a live parameter changes.
 #[derive(Clone, Debug)]
 pub struct Constraint {
     /// The condition, an expression that yields a boolean.
     pub holds: Expression,
     /// The message for a violated constraint.
     pub message: String,
-    /// The place of the condition.
+    /// The place of the condition in the document.
     pub place: Span,
     /// The JSON pointer of the condition.
     pub pointer: String,
@@ -75,7 +76,7 @@ pub(crate) struct Dependence {
     /// The number of parameters.
     parameters: usize,
     pub(crate) structural: BTreeMap<String, Structural>,
-    /// The values that follow from parameters, each after those that it depends on.
+    /// The values that depend on parameters, in an order in which each follows the values that it depends on.
     pub(crate) following: Vec<Following>,
 }
 

@@ -9,7 +9,7 @@ use umbragraph_text::source::Span;
 pub struct Override {
     /// The name of the parameter or feature.
     pub name: String,
-    /// The value.
+    /// The value that replaces the default.
     pub value: document::Value,
     /// The place of the setting, for diagnostics.
     pub place: Span,
@@ -18,9 +18,9 @@ pub struct Override {
 /// The caller's values for parameters and features. A later entry for the same name replaces an earlier one.
 #[derive(Clone, Debug, Default)]
 pub struct Overrides {
-    /// Values of parameters.
+    /// The caller's values of parameters.
     pub parameters: Vec<Override>,
-    /// Values of features.
+    /// The caller's values of features.
     pub features: Vec<Override>,
 }
 

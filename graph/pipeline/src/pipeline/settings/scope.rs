@@ -39,7 +39,7 @@ impl StaticScope {
         self.derived.get(name).copied()
     }
 
-    /// Adds derived values.
+    /// Adds the derived values to the scope.
     #[must_use]
     pub fn with_derived(mut self, derived: &BTreeMap<String, Derived>) -> Self {
         for (name, one) in derived {
@@ -50,7 +50,7 @@ impl StaticScope {
         self
     }
 
-    /// Adds the arguments of subgraphs.
+    /// Adds the arguments of subgraphs, by their internal names, to the scope.
     #[must_use]
     pub fn with_given(mut self, given: &BTreeMap<String, Value>) -> Self {
         given.iter().for_each(|(name, value)| self.set(name, value.clone()));
@@ -70,7 +70,7 @@ impl StaticScope {
         self.values.get_mut(name)
     }
 
-    /// Adds names that are declared, but have no value because of errors.
+    /// Adds names that are declared, but have no value because of errors, to the scope.
     #[must_use]
     pub fn with_broken(self, broken: BTreeSet<String>) -> Self {
         Self { broken, ..self }

@@ -13,7 +13,7 @@ use umbragraph_text::language::{
 };
 use umbragraph_text::source::Span;
 
-/// A parameter with its value.
+/// A parameter with its value in one configuration.
 #[derive(Clone, Debug)]
 pub struct ValuedParameter {
     /// The declaration of the parameter.
@@ -26,7 +26,7 @@ pub struct ValuedParameter {
     pub structural: Option<Structural>,
 }
 
-/// A feature with its value.
+/// A feature with its value in one configuration.
 #[derive(Clone, Debug)]
 pub struct Feature {
     /// The declaration of the feature.
