@@ -90,7 +90,8 @@ impl Loaded {
         self.0.composition.understood.as_ref()
     }
 
-    /// The names and strings of what is understood.
+    /// The index of all names and strings of the document, by which they are looked up; `None` if the document could not
+    /// be composed.
     pub fn model(&self) -> Option<&Model> {
         self.0.composition.model()
     }

@@ -172,7 +172,7 @@ impl Painter {
         project.answer(diagnostics, Value::Null)
     }
 
-    /// Sets a live parameter from the frame to come on; the value is JSON.
+    /// Sets a live parameter to a value in JSON, from the next frame onwards.
     ///
     /// # Errors
     /// A value that the parameter does not take, in words.

@@ -169,7 +169,8 @@ pub(super) fn requests(
     Some((requests, counts))
 }
 
-/// Returns the estimated, unitless cost of each pipeline and group of profiles, in the order in which they are loaded.
+/// Returns the estimated, unitless cost of validating each pair of a pipeline and a group of like profiles, in loading
+/// order.
 fn costs(arguments: &PermutationsArguments, session: &mut Session, asked: &[TargetProfile]) -> Vec<u128> {
     let mut costs = Vec::new();
     for path in &arguments.pipelines {

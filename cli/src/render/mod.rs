@@ -229,7 +229,7 @@ pub(crate) struct Drawing<'a> {
     unread_lights: Option<Vec<String>>,
 }
 
-/// The textures of a drawing besides its picture.
+/// The inputs of a [`Drawing`] that depend on the command line: the textures to capture, and the environment.
 #[derive(Default)]
 pub(crate) struct Given {
     /// The names of the textures into which captures are copied.

@@ -102,7 +102,7 @@ impl Layout {
         DVec4::new(scale.x, scale.y, offset.x, offset.y)
     }
 
-    /// The uv of the map that filter taps are kept within: the minimum u and v, the maximum u and v.
+    /// The range of uv within which filter taps of cascade `at` stay: minimum u and v, then maximum u and v.
     pub fn uv_bounds(&self, at: usize) -> DVec4 {
         let (map, tile) = (self.map.as_dvec2(), &self.tiles[at]);
         let (low, high) = ((tile.origin.as_dvec2() + 0.5) / map, (tile.end().as_dvec2() - 0.5) / map);

@@ -301,8 +301,8 @@ mod tests {
     use super::*;
     use crate::trace::Node;
 
-    /// A scene with `still` static and `moving` animated nodes of one triangle each. In one second, an animated node
-    /// moves along x by its index in metres.
+    /// A scene with `still` static and `moving` animated nodes of one triangle each. `corner` is the z coordinate
+    /// of its third corner. In one second, an animated node moves along x by its index in metres.
     fn scene(still: usize, moving: usize, corner: f32) -> Scene {
         let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, corner]];
         let mut bytes: Vec<u8> = corners.iter().flatten().flat_map(|part: &f32| part.to_le_bytes()).collect();

@@ -62,7 +62,7 @@ impl Descriptor {
     }
 }
 
-/// The resolved properties of one resource that live (not culled) passes use.
+/// The resolved properties of one resource that some pass uses which is not culled.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ResolvedResource {
     /// The descriptor for creation on the device; `None` for blackboard (CPU) data, and after a diagnostic.

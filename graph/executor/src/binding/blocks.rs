@@ -45,7 +45,7 @@ pub(crate) struct Blocks {
     /// The byte offsets of blackboard data in each block, parallel to `places`.
     layouts: Vec<Vec<Option<BlockLayout>>>,
     staging: Vec<u8>,
-    /// The byte ranges of `staging` that the current record uses, in ascending order.
+    /// The byte ranges of `staging` that the frame being recorded uses, in ascending order.
     used: Vec<Range<u64>>,
     view: BlackboardData,
 }

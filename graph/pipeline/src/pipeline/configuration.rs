@@ -65,7 +65,7 @@ pub struct TypedPipeline {
 }
 
 impl TypedPipeline {
-    /// The WebGPU features that features of the pipeline require, whether these are on or off.
+    /// The WebGPU features that any feature of the pipeline requires, whether that feature is on or off.
     pub fn device_features(&self) -> wgpu_types::Features {
         let declared = self.features.values().flat_map(|feature| &feature.declaration.required_features);
         let known = declared.filter_map(|name| TargetProfile::feature(name));

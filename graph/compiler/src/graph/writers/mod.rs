@@ -49,7 +49,7 @@ pub(crate) struct Builder<'a> {
     reads: Vec<SmallVec<[(ResourceHandle, u32); 3]>>,
     /// The writers of each resource, by resource index; `None` until they are ordered.
     ordered: Vec<Option<Writers>>,
-    /// The reads, as reader and resource, that may have edges from writers of which they read nothing.
+    /// The pairs of a reader and a resource whose edges are conservative: some may come from writers of other subresources.
     coarse: BTreeSet<(PassHandle, ResourceHandle)>,
     /// The reads that may find unwritten contents; this can be decided only once resource sizes are known.
     partial: Vec<PartialRead>,

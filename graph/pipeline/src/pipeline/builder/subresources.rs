@@ -41,7 +41,8 @@ pub struct SubresourceRangeSettings {
     pub mip: Option<Expr>,
     /// The number of mip levels from "mip" on; 1 without it.
     pub mips: Option<Expr>,
-    /// The first layer of a texture, or slice of a volume; beside "face", the index of the cube. All without it.
+    /// The first layer of a texture, or the first slice of a volume; with "face", the index of the cube. By default the
+    /// range has all layers or slices.
     pub layer: Option<Expr>,
     /// The number of layers or slices from "layer" on; 1 without it, if "layer" is set.
     pub layers: Option<Expr>,
