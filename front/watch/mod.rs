@@ -298,8 +298,8 @@ impl Watcher {
         self.error = error.or(self.error.take());
     }
 
-    /// Plans the files in use for a frame whose size or imports differ from those of the last plan. Returns `None` if
-    /// neither differs, or if no plan is in use yet.
+    /// Plans the current files again for another frame size or other imports. Returns `None` if the last plan has the
+    /// same size and imports, or if there is no plan yet.
     fn plan_for_others(&mut self, options: &Options) -> Result<Option<Arc<Plan>>, Error> {
         let is_same = |planned: &Options| {
             (planned.plan.viewport, &planned.plan.imports) == (options.plan.viewport, &options.plan.imports)

@@ -5,7 +5,7 @@ use umbragraph_test_support::gpu::{self, Gpu};
 use umbragraph_test_support::image::Picture;
 
 use crate::common::gpu::{Host, scene};
-use crate::common::{Outcome, With, check_file, read, root, with_small_maps};
+use crate::common::{Outcome, With, check_file, check_with, read, root, with_small_maps};
 
 const SIZE: [u32; 2] = [320, 180];
 const BOUNDS: (&str, &str) = ("depth_bounds", "true");
@@ -105,6 +105,25 @@ fn bounds_hold_for_forward_depth_and_odd_maps() {
             assert_eq!(differ, 0, "{name} with sides {side}, {cube} and {atlas}, reverse {reverse}");
         }
     }
+}
+
+#[test]
+fn bounds_hold_where_two_cascades_are_mixed() {
+    let Some(gpu) = gpu::device() else { return };
+    let mixed = r#"{
+        "format": 1, "name": "mixed", "extends": "pipelines/umbra.json",
+        "shared_settings": { "shadowed": { "settings": { "axes": { "cascade_blend": "mix" } } } }
+    }"#;
+    let parameters = [&[SHADOW_TERM], &with_small_maps(&[])[..]].concat();
+    let of = |text: &str, bounds| {
+        let features = [PCSS, bounds];
+        let with = With { parameters: &parameters, features: &features, size: Some(SIZE), ..With::default() };
+        picture(&gpu, &check_with("mixed.json", text, &with), "courtyard", 4.0)
+    };
+    let mixed_filters = of(mixed, FILTERS);
+    assert_eq!(mixed_filters.differing(&of(mixed, BOUNDS), 0), 0);
+    let umbra = r#"{ "format": 1, "name": "umbra", "extends": "pipelines/umbra.json" }"#;
+    assert!(mixed_filters.differing(&of(umbra, FILTERS), 0) > 0, "the picture has no mixed cascades");
 }
 
 #[test]

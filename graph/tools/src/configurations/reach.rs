@@ -10,7 +10,8 @@ use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use super::{Configurations, FreeAxis, Loading, cannot_hold};
+use super::free_axes::FreeAxis;
+use super::{Configurations, Loading, cannot_hold};
 use crate::check::{CheckOptions, compiled};
 use crate::configurations::coverage::Judge;
 use umbragraph_pipeline::compose::as_written;
