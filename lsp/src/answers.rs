@@ -32,7 +32,7 @@ use umbragraph_session::{Candidate, CandidateKind, Choice, Computed, Cursor, Ses
 
 type Answer = Result<Json, String>;
 
-/// Answers a request; `None` for one that is not served.
+/// Answers a request of the client; `None` if its method is not supported.
 pub(crate) fn answer(workspace: &mut Workspace, method: &str, params: Json) -> Option<Answer> {
     Some(match method {
         Completion::METHOD => with(params, |params| completion(workspace, params)),
@@ -72,7 +72,7 @@ fn json(answer: impl Serialize) -> Answer {
     serde_json::to_value(answer).map_err(|error| error.to_string())
 }
 
-/// A place that a client asks about.
+/// A position in a document that a request refers to, with the pipeline and configuration to answer for.
 struct Asked {
     path: PathBuf,
     offset: usize,
@@ -214,10 +214,11 @@ fn rename(workspace: &mut Workspace, params: RenameParams) -> Result<Option<Work
     Ok(Some(edit_of(workspace, changes)))
 }
 
-/// Edits of several pipelines, each once, by file and place.
+/// The edits of a rename in several pipelines, without duplicates, by file name and byte range.
 type Renamed = BTreeMap<String, BTreeMap<(usize, usize), Edit>>;
 
-/// The edits of a rename in a further pipeline that reads an edited file.
+/// Finds a pipeline that reads an edited file and is not in `done`. Returns the position of an edit in that file, at
+/// which to repeat the rename; `None` if no such pipeline is left.
 fn further(workspace: &mut Workspace, renamed: &Renamed, done: &BTreeSet<Target>) -> Option<Asked> {
     for (path, edits) in renamed {
         let (path, (&(offset, _), _)) = (PathBuf::from(path), edits.first_key_value()?);
@@ -251,7 +252,7 @@ fn text_edits<'e>(
     edits.into_iter().map(edit).collect()
 }
 
-/// The values of expressions, behind them.
+/// Returns inlay hints in the requested range, which show the value of each expression after its text.
 fn hints(workspace: &mut Workspace, params: &InlayHintParams) -> Option<Vec<InlayHint>> {
     let path = document_path(&params.text_document.uri).filter(|path| is_document(path))?;
     let target = workspace.target_of_text(&path)?;
@@ -280,7 +281,7 @@ fn formatted(workspace: &mut Workspace, params: DocumentFormattingParams) -> Opt
     Some(text_edits(workspace, source(workspace, file)?, edits.iter()))
 }
 
-/// The fixes of diagnostics in a range.
+/// Returns the fixes that diagnostics in the requested range offer.
 fn actions(workspace: &mut Workspace, params: &CodeActionParams) -> Vec<CodeActionOrCommand> {
     let Some(path) = document_path(&params.text_document.uri) else { return Vec::new() };
     let is_there = |range: &Range| range.start <= params.range.end && params.range.start <= range.end;
@@ -315,7 +316,7 @@ fn title(workspace: &Workspace, fix: &Fix) -> String {
     }
 }
 
-/// The edit of a fix; `None` where a file of it cannot be changed.
+/// Converts a fix to the protocol's edit; `None` if the fix changes a file that is bundled with the module.
 fn mended(workspace: &Workspace, fix: &Fix) -> Option<WorkspaceEdit> {
     let mut changes = Changes::default();
     for one in &fix.edits {

@@ -23,7 +23,7 @@ pub(crate) fn encoding(params: &Json) -> Encoding {
     }
 }
 
-/// The folders of the workspace; an older client has only one.
+/// Returns the workspace folders in the client's `initialize` parameters; for an older client, its only root folder.
 pub(crate) fn folders(params: &Json) -> Vec<PathBuf> {
     let uri = |value: &Json| serde_json::from_value::<Uri>(value.clone()).ok();
     let listed = params.get("workspaceFolders").and_then(Json::as_array).into_iter().flatten();

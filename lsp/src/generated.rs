@@ -17,34 +17,35 @@ use crate::workspace::{Workspace, document_path, is_template};
 use umbragraph_graph::pipeline::{ProgramVariant, TypedPipeline};
 use umbragraph_session::Target;
 
-/// The client's command that shows a text.
+/// The name of the client's command that shows generated WGSL.
 pub(crate) const SHOW: &str = "umbragraph.showWgsl";
-/// The server's command that answers with a text.
+/// The name of the server's command that returns generated WGSL.
 pub(crate) const TEXT: &str = "umbragraph.wgsl";
-/// The maximum number of lenses at one place.
+/// The maximum number of code lenses at one pass or template.
 const MOST: usize = 8;
 
-/// The argument of both commands.
+/// The argument of the commands [`SHOW`] and [`TEXT`]: a shader variant of a pass.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 struct Wanted {
-    /// The address of the pipeline.
+    /// The URI of the pipeline file.
     pipeline: Uri,
     pass: String,
-    /// The position among the variants for mesh properties.
+    /// The index of the variant among those that the pass has for different mesh properties; 0 if not given.
     #[serde(default)]
     variant: usize,
 }
 
-/// A generated text, and where its lines are from.
+/// The generated WGSL of a pass, and the places in templates that its lines come from.
 #[derive(Debug, Serialize)]
 pub(crate) struct Generated {
     title: String,
     text: String,
-    /// The address and the range of the template's text for each line, if the client has that text.
+    /// For each line of `text`, the URI and range of its origin in a template. `None` if the origin is unknown, or is
+    /// in a file bundled with the module.
     lines: Vec<Option<Json>>,
 }
 
-/// The variants of all passes with a shader, by the names of the passes.
+/// Returns all passes that have a shader, each with its shader variants.
 fn variants(
     pipeline: &TypedPipeline,
 ) -> impl Iterator<Item = (&umbragraph_graph::pipeline::Pass, &[ProgramVariant])> {
@@ -63,7 +64,7 @@ fn lens(range: Range, title: String, wanted: &Wanted) -> Option<CodeLens> {
     })
 }
 
-/// The mesh properties of a variant, for a title.
+/// Returns the mesh properties of a variant as the end of a title: a list in parentheses, or an empty string.
 fn of_properties(variant: &ProgramVariant) -> String {
     match &variant.properties[..] {
         [] => String::new(),
@@ -71,7 +72,8 @@ fn of_properties(variant: &ProgramVariant) -> String {
     }
 }
 
-/// The lenses of a document or a template.
+/// Returns the code lenses of a document or template, each of which shows generated WGSL. `None` if the document
+/// belongs to no pipeline that loads.
 pub(crate) fn lenses(workspace: &mut Workspace, params: &CodeLensParams) -> Option<Vec<CodeLens>> {
     let path = document_path(&params.text_document.uri)?;
     if is_template(&path) {
@@ -126,7 +128,7 @@ fn of_template(workspace: &mut Workspace, path: &Path) -> Vec<CodeLens> {
     lenses
 }
 
-/// Runs the server's command.
+/// Runs the server's command [`TEXT`]: returns the generated WGSL of the shader variant that the arguments name.
 pub(crate) fn execute(workspace: &mut Workspace, params: ExecuteCommandParams) -> Result<Generated, String> {
     if params.command != TEXT {
         return Err(format!("`{}` is no command of this server; there is {TEXT}", params.command));
@@ -164,7 +166,7 @@ fn generated(workspace: &Workspace, wanted: &Wanted, variant: &ProgramVariant) -
 }
 
 impl Workspace {
-    /// A pipeline in the default configuration; `None` if an error keeps it from being loaded.
+    /// Returns a pipeline in its default configuration; `None` if an error keeps it from being loaded.
     fn pipeline(&mut self, target: &Target) -> Option<Arc<TypedPipeline>> {
         let choice = self.choice(target);
         self.sure(|session| session.plan(target, &choice)).0.report.pipeline

@@ -30,12 +30,13 @@ pub use server::{Server, Texts};
 /// The time without a message after which pipelines are checked in all configurations.
 const QUIET: Duration = Duration::from_millis(500);
 
-/// Serves one client until it says that it is done. `open` makes the session for the folders of the client's workspace;
-/// documents may name files below these if they are among its roots. `judges` adds to a check what a device would say
-/// of plans. A panic is the answer to one message; the next is answered as usual.
+/// Serves one client of the Language Server Protocol until its `exit` notification. `open` creates the session, given
+/// the folders of the client's workspace. Documents may name files below these folders if `open` sets them as [roots of
+/// the session](Session::set_roots). `judges` adds further checks of plans to the check of all configurations, such as
+/// a dry run on a device. A panic fails only the message that is being handled.
 ///
 /// # Errors
-/// A client that breaks the protocol, or goes away.
+/// Returns an error if the `initialize` handshake fails, because the client violates the protocol or disconnects.
 pub fn serve(
     open: impl FnOnce(&[PathBuf]) -> Session,
     connection: &Connection,
@@ -70,7 +71,8 @@ pub fn serve(
     Ok(())
 }
 
-/// The next message. While there is none, checks what changed and reports it. `None` for a client that is gone.
+/// Returns the next message from the client; `None` once the client is gone. While no message arrives, checks changed
+/// pipelines and sends their diagnostics.
 fn next(
     server: &mut Server,
     messages: &Receiver<Message>,
@@ -99,7 +101,7 @@ fn next(
     }
 }
 
-/// Sends messages; to a client that is gone, none.
+/// Sends messages to the client. Does nothing if the client has disconnected.
 fn send(connection: &Connection, messages: Vec<Message>) {
     for message in messages {
         let _ = connection.sender.send(message);

@@ -7,11 +7,12 @@ use umbragraph_graph::document::{Entry, Kind, Value, Written};
 use umbragraph_graph::language::node_kind;
 use umbragraph_graph::source::{SourceFile, Span};
 
-/// The kinds of strings: literals, references, expressions.
+/// The semantic token types of strings, by index: literals, references, expressions.
 pub(crate) const TOKEN_TYPES: [SemanticTokenType; 3] =
     [SemanticTokenType::STRING, SemanticTokenType::VARIABLE, SemanticTokenType::FUNCTION];
 
-/// The sections of a document, with what they declare; of subgraphs and extension points too.
+/// Returns the outline of a document: its sections and their declarations, including those inside subgraphs and the
+/// passes that `inserts` adds.
 pub(crate) fn symbols(root: &Value, file: &SourceFile, encoding: Encoding) -> Vec<DocumentSymbol> {
     let sections = root.entries().unwrap_or_default().iter().filter(|entry| entry.value.entries().is_some());
     sections.map(|section| symbol(section, &section.key, 0, (file, encoding))).collect()
@@ -62,7 +63,8 @@ fn symbol(
     }
 }
 
-/// The strings of a document, each as a literal, a reference or an expression.
+/// Returns the semantic tokens of a document: each string is a literal, a reference or an expression. Omits
+/// descriptions.
 pub(crate) fn tokens(root: &Value, file: &SourceFile, encoding: Encoding) -> SemanticTokens {
     let mut strings = Vec::new();
     collect(root, &mut strings);

@@ -9,7 +9,7 @@ use lsp_types::{Position, Range, Uri};
 
 use umbragraph_graph::source::{SourceFile, Span};
 
-/// The code units in which the columns of positions count.
+/// The unit in which the protocol's positions count columns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Encoding {
     /// Bytes.
@@ -27,7 +27,7 @@ impl Encoding {
         u32::try_from(units).unwrap_or(u32::MAX)
     }
 
-    /// The position of a byte offset in a text.
+    /// Converts a byte offset in a file to the protocol's position: zero-based line and column.
     pub(crate) fn position(self, file: &SourceFile, offset: u32) -> Position {
         let line = file.line_column(offset).line - 1;
         let start = file.line_range(line as usize).map_or(0, |range| range.start);
@@ -38,12 +38,13 @@ impl Encoding {
         Position { line, character: self.units(file.text().get(start..end).unwrap_or_default()) }
     }
 
-    /// The range of a place.
+    /// Converts a source range to the protocol's range.
     pub(crate) fn range(self, file: &SourceFile, place: Span) -> Range {
         Range { start: self.position(file, place.start), end: self.position(file, place.end) }
     }
 
-    /// The byte offset of a position. A line or column beyond the end gives the end.
+    /// Converts the protocol's position to a byte offset in a file. A column beyond its line gives the end of the line,
+    /// a line beyond the last the end of the file.
     pub(crate) fn offset(self, file: &SourceFile, position: Position) -> usize {
         let Some(line) = file.line_range(position.line as usize) else { return file.text().len() };
         let text = file.text()[line.clone()].trim_end_matches(['\n', '\r']);
@@ -58,7 +59,7 @@ impl Encoding {
     }
 }
 
-/// The path of a file's address.
+/// Returns the path of a `file:` URI, percent-decoded; `None` for other URIs.
 pub(crate) fn path_of(uri: &Uri) -> Option<PathBuf> {
     let rest = uri.as_str().strip_prefix("file://")?;
     let path = rest.find('/').map(|at| &rest[at..])?;
@@ -83,12 +84,13 @@ pub(crate) fn path_of(uri: &Uri) -> Option<PathBuf> {
     Some(PathBuf::from(if is_drive { &path[1..] } else { &path }))
 }
 
-/// Whether a path is that of a file of the client. In a browser no path counts as absolute: there it begins with `/`.
+/// Returns `true` if a path is absolute, and so is not the name of a file bundled with the module. In a browser, where
+/// Rust counts no path as absolute, a path that begins with `/` is absolute.
 pub(crate) fn is_whole(path: &Path) -> bool {
     path.is_absolute() || cfg!(target_family = "wasm") && path.has_root()
 }
 
-/// The address of a file.
+/// Returns the `file:` URI of an absolute path; `None` if the path is not valid UTF-8.
 pub(crate) fn uri_of(path: &Path) -> Option<Uri> {
     let mut uri = "file://".to_owned();
     let text = path.to_str()?.replace('\\', "/");

@@ -27,10 +27,10 @@ use crate::workspace::{Workspace, document_path};
 use umbragraph_graph::source::Sources;
 use umbragraph_session::{Cancel, Judges, Session};
 
-/// The files that pipelines are made of.
+/// The glob pattern of the files that the client watches on disk: JSON documents and shader templates.
 const WATCHED: &str = "**/*.{json,jsonc,jinja}";
 
-/// The documents of one client, and what was sent to it.
+/// A language server for one client, without a connection: it turns each received message into messages to send.
 pub struct Server {
     workspace: Workspace,
     /// Messages that are still to be sent.
@@ -39,7 +39,7 @@ pub struct Server {
     published: BTreeSet<PathBuf>,
     /// Whether the client reports which files changed on disk.
     is_watching: bool,
-    /// Whether the client can be told that lenses are others.
+    /// Whether the client supports requests to fetch code lenses again.
     has_lens_refresh: bool,
 }
 
@@ -49,7 +49,8 @@ impl std::fmt::Debug for Server {
     }
 }
 
-/// Does what only a defect of this server makes panic. Returns the message of the panic.
+/// Runs `work` and catches a panic, which only a defect of this server can cause. Returns an error message that
+/// contains the panic's message.
 fn caught<T>(work: impl FnOnce() -> T) -> Result<T, String> {
     catch_unwind(AssertUnwindSafe(work)).map_err(|panic| {
         let text = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());
@@ -59,8 +60,8 @@ fn caught<T>(work: impl FnOnce() -> T) -> Result<T, String> {
 }
 
 impl Server {
-    /// Begins with the parameters of the client's `initialize`; `open` makes the session for the folders in them.
-    /// Returns the answer to that request, too.
+    /// Creates a server from the parameters of the client's `initialize` request. `open` creates the session, given the
+    /// folders of the client's workspace. Also returns the result to send in answer to that request.
     pub fn new(open: impl FnOnce(&[PathBuf]) -> Session, params: &Json) -> (Self, Json) {
         let (encoding, folders) = (encoding(params), folders(params));
         let answer = json!({
@@ -80,13 +81,13 @@ impl Server {
         (server, answer)
     }
 
-    /// Returns the switch that cancels a check.
+    /// Returns the switch that cancels a running check.
     pub fn cancel(&self) -> Cancel {
         self.workspace.cancel.clone()
     }
 
-    /// Handles a message. Returns the messages to send: the answer to a request, and diagnostics that changed
-    /// meanwhile.
+    /// Handles a message from the client. Returns the messages to send: for a request, its answer and the diagnostics
+    /// that changed since the last call.
     pub fn handle(&mut self, message: Message) -> Vec<Message> {
         match message {
             Message::Request(request) if request.method == Shutdown::METHOD => {
@@ -105,14 +106,14 @@ impl Server {
         std::mem::take(&mut self.out)
     }
 
-    /// Plans the pipelines that changed. Returns the diagnostics that did.
+    /// Plans the pipelines that changed. Returns the messages to send, which publish the diagnostics that changed.
     pub fn tell(&mut self) -> Vec<Message> {
         drop(caught(|| self.publish_changes()));
         std::mem::take(&mut self.out)
     }
 
-    /// Checks one pipeline in all configurations. Returns the diagnostics that changed; `None` once all are checked, or
-    /// if the switch ended the check.
+    /// Checks one changed pipeline in all configurations. Returns messages with the diagnostics that changed; `None` if
+    /// no unchecked pipeline is left, or if the switch of [`Server::cancel`] ended the check.
     pub fn check(&mut self, judges: Judges<'_>) -> Option<Vec<Message>> {
         match caught(|| self.workspace.check(&mut *judges)) {
             Ok(files) => self.publish(files?),
@@ -234,7 +235,7 @@ fn read<T: DeserializeOwned>(params: Json) -> Option<T> {
     serde_json::from_value(params).ok()
 }
 
-/// A server whose messages are texts, for a host that has no connection: a page in a browser.
+/// A language server whose messages are JSON strings, for a host without a connection, such as a page in a browser.
 #[derive(Debug)]
 pub struct Texts<F> {
     open: Option<F>,
@@ -242,12 +243,14 @@ pub struct Texts<F> {
 }
 
 impl<F: FnOnce(&[PathBuf]) -> Session> Texts<F> {
-    /// Waits for the client's `initialize`; `open` is that of [`Server::new`].
+    /// Creates a server that waits for the client's `initialize` request. `open` creates the session, as in
+    /// [`Server::new`].
     pub fn new(open: F) -> Self {
         Self { open: Some(open), server: None }
     }
 
-    /// Handles a message. Returns the messages to send; none before `initialize`, and for a text that is no message.
+    /// Handles a message, given as JSON. Returns the messages to send, as JSON; none before `initialize`, or if `text`
+    /// is not a valid message.
     pub fn handle(&mut self, text: &str) -> Vec<String> {
         let Ok(message) = serde_json::from_str::<Message>(text) else { return Vec::new() };
         if let (None, Message::Request(request)) = (&self.server, &message)
@@ -262,7 +265,8 @@ impl<F: FnOnce(&[PathBuf]) -> Session> Texts<F> {
         written(server.handle(message))
     }
 
-    /// [`Server::tell`], in texts.
+    /// Plans the pipelines that changed, like [`Server::tell`]. Returns the messages to send as JSON; none before
+    /// `initialize`.
     pub fn tell(&mut self) -> Vec<String> {
         self.server.as_mut().map(|server| written(server.tell())).unwrap_or_default()
     }

@@ -18,35 +18,35 @@ use umbragraph_graph::shader::TargetProfile;
 use umbragraph_graph::source::Span;
 use umbragraph_session::{Cancel, Cancelled, Choice, Judges, Loaded, Session, Survey, Target, kind_of};
 
-/// The maximum number of files that are searched in the workspace's folders.
+/// The maximum number of JSON files that the search for pipelines finds in all workspace folders together.
 const MAX_FILES: usize = 2_000;
-/// The maximum depth of folders that are searched.
+/// The maximum nesting depth of folders that the search for pipelines enters, below a workspace folder.
 const MAX_DEPTH: usize = 12;
-/// The maximum size of a file that is read before it is opened, in bytes.
+/// The maximum size, in bytes, of a file that the search for pipelines reads.
 const MAX_BYTES: u64 = 4 << 20;
-/// Folders that hold no pipelines of their author.
+/// The names of folders that the search for pipelines skips.
 const LEFT_OUT: [&str; 2] = ["node_modules", "target"];
-/// The width and height of the picture that plans are made for, in pixels: the defaults of the command.
+/// The width and height of the rendered image that plans are made for, in pixels; the defaults of the command line.
 const SIZE: [u32; 2] = [1280, 720];
 
-/// A diagnostic as the protocol writes it, with what it was made of.
+/// A diagnostic as the protocol represents it, and the engine's diagnostic from which it was made.
 pub(crate) type Found = (lsp_types::Diagnostic, Diagnostic);
 
-/// The documents of an editor.
+/// The open documents of one editor, the pipelines that they belong to, and the diagnostics of those pipelines.
 pub(crate) struct Workspace {
     pub(crate) session: Session,
     pub(crate) cancel: Cancel,
     pub(crate) encoding: Encoding,
     folders: Vec<PathBuf>,
-    /// The texts that the editor has.
+    /// The current text of each document that is open in the editor, by path.
     open: BTreeMap<PathBuf, String>,
-    /// The pipelines that read a file, by its path; found with the first question.
+    /// The paths of the pipelines that read a file, by the path of the file. `None` until the workspace is searched.
     readers: Option<BTreeMap<PathBuf, BTreeSet<PathBuf>>>,
-    /// The pipelines whose diagnostics open documents show.
+    /// The pipeline whose diagnostics a document shows, by the path of the document.
     targets: BTreeMap<PathBuf, Target>,
-    /// Diagnostics by pipeline and file.
+    /// The diagnostics of each pipeline, by the path of the file that shows them.
     found: BTreeMap<Target, BTreeMap<PathBuf, Vec<Found>>>,
-    /// Documents that changed since diagnostics of their pipelines were last published.
+    /// The paths of files that changed since the diagnostics of their pipelines were last updated.
     changed: BTreeSet<PathBuf>,
     /// Pipelines that were planned, but not checked in all configurations, since they changed.
     unchecked: BTreeSet<Target>,
@@ -69,7 +69,7 @@ impl Workspace {
         }
     }
 
-    /// An answer of the session, also where what was asked before was cancelled.
+    /// Returns an answer of the session, and repeats the request while it is cancelled.
     pub(crate) fn sure<T>(&mut self, mut ask: impl FnMut(&mut Session) -> Result<T, Cancelled>) -> T {
         loop {
             self.cancel.clear();
@@ -83,7 +83,7 @@ impl Workspace {
         self.open.get(path).map(String::as_str)
     }
 
-    /// Registers an opened document. Finds its pipeline now, since a later text may be broken.
+    /// Registers a document that the editor opened. Finds its pipeline at once, since text typed later may be invalid.
     pub(crate) fn open(&mut self, path: &Path, text: String) {
         self.targets.remove(path);
         self.write(path, text);
@@ -104,7 +104,7 @@ impl Workspace {
         self.changed.insert(path.to_owned());
     }
 
-    /// A file on disk changed, is new, or is gone.
+    /// Handles a file on disk that changed, is new, or was deleted. Ignores files that are open in the editor.
     pub(crate) fn changed_on_disk(&mut self, path: &Path) {
         if self.open.contains_key(path) {
             return;
@@ -116,13 +116,15 @@ impl Workspace {
         }
     }
 
-    /// Reads all files again, where the client does not say which changed.
+    /// Reads all files again and marks all open documents as changed. Needed since not all clients report changes on
+    /// disk.
     pub(crate) fn refresh(&mut self) {
         self.session.refresh();
         self.changed.extend(self.open.keys().cloned());
     }
 
-    /// The pipelines that read a file.
+    /// Returns the paths of the pipelines that read a file. The first call searches the workspace folders for
+    /// pipelines.
     pub(crate) fn readers_of(&mut self, path: &Path) -> BTreeSet<PathBuf> {
         if self.readers.is_none() {
             self.readers = Some(BTreeMap::new());
@@ -140,7 +142,7 @@ impl Workspace {
         self.readers.as_ref().and_then(|readers| readers.get(path)).cloned().unwrap_or_default()
     }
 
-    /// Composes a pipeline, and notes which files it reads.
+    /// Loads a pipeline and records which files it reads. A file that is not a pipeline is recorded as reading none.
     fn compose(&mut self, path: &Path) {
         match self.kind(path) {
             Some((FileKind::Pipeline, _)) => {
@@ -151,13 +153,15 @@ impl Workspace {
         }
     }
 
-    /// The kind of a file, and its text as far as it is understood; `None` for a file that is none of ours.
+    /// Returns the kind of a file, and the valid part of its document. `None` if the file cannot be read or may be
+    /// unrelated to pipelines.
     fn kind(&mut self, path: &Path) -> Option<(FileKind, Document)> {
         let (_, document) = self.session.parsed(path)?;
         Some((kind_of(&document)?, document))
     }
 
-    /// Notes which files a pipeline reads. One that is broken may read more than is understood of it.
+    /// Records which files a pipeline reads. If the pipeline cannot be composed, the files recorded before are kept as
+    /// well.
     fn read_by(&mut self, target: &Path, loaded: &Loaded) {
         let mut reads: BTreeSet<PathBuf> = loaded.paths().map(Path::to_owned).collect();
         if loaded.document().is_none() {
@@ -183,8 +187,9 @@ impl Workspace {
         self.targets.retain(|path, _| path == target || !revised.contains(path));
     }
 
-    /// The pipeline whose diagnostics a document shows: the document itself if it is a valid pipeline, else the first
-    /// pipeline that reads it. `None` for a document that is none of ours.
+    /// Returns the pipeline whose diagnostics a document shows: the document itself, or the first other pipeline that
+    /// reads it if the document is not a valid pipeline. `None` if no pipeline reads it and it may be unrelated to
+    /// pipelines.
     pub(crate) fn target(&mut self, path: &Path) -> Option<Target> {
         if let Some(known) = self.targets.get(path) {
             return Some(known.clone());
@@ -200,7 +205,8 @@ impl Workspace {
         Some(target)
     }
 
-    /// The pipeline of a file; the document itself while no value in it is complete.
+    /// Returns the pipeline of a document like [`Workspace::target`]. A document in which no key has a value yet counts
+    /// as a pipeline of its own.
     pub(crate) fn target_of_text(&mut self, path: &Path) -> Option<Target> {
         let target = self.target(path);
         let is_whole = |entry: &Entry| !matches!(entry.value.kind, Kind::Missing);
@@ -218,7 +224,8 @@ impl Workspace {
         }) && !self.planned(target).has_errors()
     }
 
-    /// The configuration whose values the editor shows: that of the command without further arguments.
+    /// Returns the configuration whose values the editor shows: the first profile that the pipeline claims, default
+    /// values, and an image of the size [`SIZE`].
     pub(crate) fn choice(&mut self, target: &Target) -> Choice {
         let loaded = self.sure(|session| session.load(target));
         let profiles = loaded.understood().map(|composed| profiles(&composed.document));
@@ -231,7 +238,7 @@ impl Workspace {
         self.sure(|session| session.plan(target, &choice)).1
     }
 
-    /// Tells anew of the pipelines of all documents that changed. Returns the files whose diagnostics changed.
+    /// Plans the pipelines of all changed files again. Returns the files whose diagnostics may have changed.
     pub(crate) fn tell(&mut self) -> BTreeSet<PathBuf> {
         let mut files = self.tell_once();
         // A pipeline may have shown that it reads an open document, or no longer does.
@@ -280,7 +287,7 @@ impl Workspace {
         self.found.keys().cloned().collect()
     }
 
-    /// Whether an open document is part of a pipeline whose diagnostics are published.
+    /// Returns `true` if an open document shows the diagnostics of this pipeline.
     fn is_wanted(&self, target: &Target) -> bool {
         self.targets.iter().any(|(path, known)| known == target && self.open.contains_key(path))
     }
@@ -299,8 +306,8 @@ impl Workspace {
         self.replace(target, Some(diagnostics))
     }
 
-    /// Checks one pipeline in all configurations, if one is left. Returns the files whose diagnostics changed; `None`
-    /// once all are checked, or if it is cancelled.
+    /// Checks the next unchecked pipeline in all configurations. Returns the files whose diagnostics may have changed;
+    /// `None` if no pipeline is unchecked, or if the check is cancelled.
     pub(crate) fn check(&mut self, judges: Judges<'_>) -> Option<BTreeSet<PathBuf>> {
         let target = self.unchecked.first()?.clone();
         let loaded = self.session.load(&target).ok()?;
@@ -318,7 +325,8 @@ impl Workspace {
         self.unchecked.pop_first();
     }
 
-    /// Keeps the diagnostics of a pipeline. Returns the files that have some, or had.
+    /// Replaces the stored diagnostics of a pipeline; `None` removes them. Returns the files that have, or had,
+    /// diagnostics of this pipeline.
     fn replace(&mut self, target: &Target, diagnostics: Option<Diagnostics>) -> BTreeSet<PathBuf> {
         let mut by_file: BTreeMap<PathBuf, Vec<Found>> = BTreeMap::new();
         for diagnostic in diagnostics.iter().flat_map(Diagnostics::iter) {
@@ -336,7 +344,7 @@ impl Workspace {
         files
     }
 
-    /// The diagnostics of a file, each once.
+    /// Returns the diagnostics of a file. A diagnostic that several pipelines share is returned once.
     pub(crate) fn of_file(&self, path: &Path) -> Vec<&Found> {
         let mut all: Vec<&Found> = Vec::new();
         for one in self.found.values().filter_map(|files| files.get(path)).flatten() {
@@ -347,7 +355,8 @@ impl Workspace {
         all
     }
 
-    /// The place as an editor shows it; `None` in what comes with the module, and for what is no text.
+    /// Converts the place of a diagnostic to a path and a range for the editor. `None` if the place is in a file
+    /// bundled with the module, in neither document nor template, or in no file.
     fn shown(&self, place: &Place) -> Option<(PathBuf, Range)> {
         match place {
             Place::Span(span) => {
@@ -397,20 +406,21 @@ impl Workspace {
         }
     }
 
-    /// A place of a file; `None` for what comes with the module.
+    /// Converts a source range to the protocol's location; `None` in a file bundled with the module.
     pub(crate) fn location(&self, place: Span) -> Option<Location> {
         let file = self.session.sources().get(place.file)?;
         let path = Path::new(file.name());
         Some(Location { uri: self.uri(path)?, range: self.encoding.range(file, place) })
     }
 
-    /// The address of a file with a whole path.
+    /// Returns the `file:` URI of an absolute path; `None` for other names, such as those of files bundled with the
+    /// module.
     pub(crate) fn uri(&self, path: &Path) -> Option<Uri> {
         is_whole(path).then(|| uri_of(path)).flatten()
     }
 }
 
-/// The path of an address, without `.` and `..`.
+/// Returns the path of a `file:` URI, without `.` and `..` components; `None` for other URIs.
 pub(crate) fn document_path(uri: &Uri) -> Option<PathBuf> {
     path_of(uri).map(|path| umbragraph_graph::compose::normalize(&path))
 }

@@ -8,31 +8,31 @@ use glam::{DQuat, DVec4};
 
 use crate::node::NodeId;
 
-/// A set of animation channels that share one timeline, as glTF groups them.
+/// A glTF animation: a set of channels that are played together on one timeline.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Animation {
     /// The name in the file; may be empty or not unique.
     pub name: String,
-    /// The channels, in the order of the file.
+    /// The channels, in the order of the file; each one animates one property of one node.
     pub channels: Vec<Channel>,
     /// The time of the last key frame of all channels, in seconds.
     pub duration: f64,
 }
 
-/// The property of a node that a channel moves.
+/// The property of a node that a channel animates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Property {
     /// The node's translation, in metres.
     Translation,
     /// The node's rotation, a unit quaternion.
     Rotation,
-    /// The node's scale along each axis (a factor, 1 for no change).
+    /// The node's scale factor along each axis.
     Scale,
-    /// The weight of one morph target of the node's mesh; the number is the index of the target.
+    /// The weight of one morph target of the node's mesh; the value is the index of the target.
     Weight(usize),
 }
 
-/// The interpolation between two keys: a step that holds the earlier value, a straight line (the shorter arc for
+/// The interpolation between two key frames: a step that holds the earlier value, linear (along the shorter arc for
 /// rotations), or a cubic Hermite spline.
 pub use gltf::json::animation::Interpolation;
 
@@ -44,18 +44,18 @@ pub struct Channel {
     pub node: NodeId,
     /// The animated property of the node.
     pub property: Property,
-    /// The interpolation between key frames.
+    /// The kind of interpolation between key frames.
     pub interpolation: Interpolation,
     /// The times of the key frames in seconds, strictly increasing; at least one.
     pub times: Vec<f32>,
-    /// One value for each key: x, y, z, and w for rotations; a morph weight is in x. Cubic splines have three values
-    /// for each key: in-tangent, value, out-tangent.
+    /// One value for each key frame: x, y, z, and also w for rotations; a morph weight is in x. Cubic splines have
+    /// three values for each key frame: in-tangent, value, out-tangent.
     pub values: Vec<[f32; 4]>,
 }
 
 impl Channel {
-    /// Evaluates the channel at a time in seconds. The result is x, y, z, or a unit quaternion for rotations, or a
-    /// morph weight in x.
+    /// Evaluates the channel at a time in seconds. Returns a translation or scale in x, y, z, a rotation as a unit
+    /// quaternion, or a morph weight in x.
     pub fn sample(&self, time: f64) -> DVec4 {
         let after = self.times.partition_point(|key| f64::from(*key) <= time);
         let (Some(before), true) = (after.checked_sub(1), after < self.times.len()) else {
@@ -83,7 +83,7 @@ impl Channel {
         }
     }
 
-    /// The value at the key frame with index `key`, without the tangents of a cubic spline.
+    /// The value at the key frame with index `key`; for a cubic spline, the value between its two tangents.
     fn value(&self, key: usize) -> DVec4 {
         self.raw(if self.interpolation == Interpolation::CubicSpline { key * 3 + 1 } else { key })
     }
@@ -92,7 +92,7 @@ impl Channel {
         self.values.get(at).map_or(DVec4::ZERO, |value| DVec4::from_array(value.map(f64::from)))
     }
 
-    /// Normalizes the value of a rotation channel, and returns other values unchanged.
+    /// Returns the normalized quaternion for a rotation channel (identity for length zero), and other values unchanged.
     fn finished(&self, value: DVec4) -> DVec4 {
         match self.property {
             Property::Rotation => value.try_normalize().unwrap_or(DVec4::W),

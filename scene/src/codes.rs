@@ -19,7 +19,7 @@ umbragraph_pipeline::codes! {
     /// An index in the document refers to a glTF object that does not exist.
     DANGLING_REFERENCE = "UG0705", "reference to nothing",
         "glTF objects refer to one another by index into the document's arrays. The index at this place is beyond the end of its array.";
-    /// A buffer has no source for its bytes, or the source cannot be read.
+    /// A buffer has no URI and no binary chunk for its bytes, or the file or data URI with its bytes cannot be read.
     MISSING_BUFFER = "UG0706", "missing buffer",
         "A buffer's bytes come from the binary chunk of the `.glb` file, a file beside the document, or a `data:` URI. The named source does not exist or cannot be read.\n\nA `.gltf` file has to be copied together with its `.bin` files and images.";
     /// A buffer has fewer bytes than its `byteLength` declares.
@@ -31,13 +31,14 @@ umbragraph_pipeline::codes! {
     /// The type or component type of an accessor is not allowed for its use.
     WRONG_TYPE = "UG0709", "accessor of a wrong type",
         "The accessor's `type` or `componentType` is not one that glTF allows for this use, or it has no elements.";
-    /// A primitive lacks positions, or its attributes have different numbers of elements.
+    /// A primitive lacks positions, has only one of joints and weights, or has attributes with different numbers of
+    /// elements.
     INCOMPLETE_PRIMITIVE = "UG0710", "incomplete primitive",
         "A primitive needs the attribute `POSITION`, and all its attributes must have the same number of elements. A skinned one needs `JOINTS_0` and `WEIGHTS_0`.";
     /// A vertex index of a primitive is beyond its vertices.
     INDEX_OUT_OF_RANGE = "UG0711", "index beyond the vertices",
         "An index of the primitive names a vertex beyond the end of its attributes.";
-    /// A number of the geometry, a transform or a key frame is NaN or infinite.
+    /// A number in a vertex attribute, a transform or a key frame is NaN or infinite.
     NOT_FINITE = "UG0712", "value is not finite",
         "A position, normal, texture coordinate, matrix or key frame is NaN or infinite. No bounds, and so no shadow map, could be fitted around it.";
     /// The transform of a node is not finite, not affine, or moves content too far from the origin.
@@ -49,7 +50,8 @@ umbragraph_pipeline::codes! {
     /// The scene exceeds a size limit of the loader (see `load::limits`).
     TOO_LARGE = "UG0715", "scene too large",
         "Loading stays within fixed limits for bytes, objects, vertices, texels and draws, so that a broken or hostile file cannot exhaust memory. The limits are the constants of `umbragraph_scene::load::limits`.";
-    /// The projection parameters or the node of a camera give no usable view.
+    /// The projection parameters of a camera are missing or invalid, or the transform of its node gives no view
+    /// direction.
     BAD_CAMERA = "UG0716", "unusable camera",
         "A perspective camera needs a vertical field of view above 0 and below π, and a near plane above 0; an orthographic one a height above 0. The far plane must lie beyond the near plane.";
     /// The colour, intensity, range, direction or cone of a light is invalid.
@@ -58,7 +60,7 @@ umbragraph_pipeline::codes! {
     /// An image cannot be read or decoded as PNG or JPEG.
     BAD_IMAGE = "UG0718", "image cannot be decoded",
         "Images are PNG or JPEG, in a buffer view, in a file beside the document, or in a `data:` URI.";
-    /// A factor or texture coordinate set of a material is outside its valid range.
+    /// A factor or the index of a texture coordinate set of a material is outside its valid range.
     BAD_MATERIAL = "UG0719", "material value out of range",
         "Colour factors, the alpha cutoff and the strength of emission must be finite and not negative; metallic, roughness and the strength of occlusion lie between 0 and 1. An index of refraction is 0 or at least 1. Textures use the texture coordinates TEXCOORD_0 or TEXCOORD_1.";
     /// The joints or inverse bind matrices of a skin are invalid, or do not match the mesh drawn with the skin.
@@ -67,16 +69,16 @@ umbragraph_pipeline::codes! {
     /// The key times, the values or the target of an animation channel are invalid.
     BAD_ANIMATION = "UG0721", "unusable animation",
         "Key times must increase strictly and not be negative, and there is one value (three for cubic splines) for each. Rotations are unit quaternions; one of length zero turns nowhere.";
-    /// A valid part of the document is not drawn.
+    /// A valid part of the document, such as points or lines, is ignored.
     LEFT_OUT = "UG0722", "part of the scene is left out",
         "The document has something that is valid, but not drawn: points, lines, a further animation or one without channels, an incomplete last triangle; a level of detail that does not correspond to its node; or transparent surfaces (alpha mode `BLEND`), where the pipeline has no pass that draws them.";
-    /// The scene has no triangles to draw.
+    /// The scene that the document shows by default has no triangles.
     EMPTY_SCENE = "UG0723", "nothing to draw",
         "The scene that the document shows by default has no triangles. The picture will be empty.";
     /// A property has a value that glTF 2.0 does not define, or a known `extras` property has a wrong type.
     BAD_VALUE = "UG0724", "value not known to glTF",
         "The property has a value that glTF 2.0 does not list, such as an unknown alpha mode, or an `extras` value that this project reads has another type.";
-    /// The file has more diagnostics than are listed.
+    /// The file has more errors than the loader lists.
     MORE_DIAGNOSTICS = "UG0725", "further diagnostics not shown",
         "A file has so many diagnostics that only the first ones are listed. Mend these first: the others are often of the same kind.";
     /// Morph targets or their weights do not match the mesh.

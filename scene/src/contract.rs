@@ -31,7 +31,7 @@ fn attribute_type(format: VertexFormat) -> &'static str {
     }
 }
 
-/// The name of a vertex format in pipeline files, such as `float32x3`.
+/// The name that pipeline files use for a vertex format, such as `float32x3`.
 fn attribute_format(format: VertexFormat) -> String {
     format!("{format:?}").to_lowercase()
 }
@@ -44,7 +44,8 @@ fn structure(name: &str, members: &Members) -> String {
     text + "}\n"
 }
 
-/// WGSL declarations of a texture and a sampler for each map, with binding numbers counted from `first`.
+/// The WGSL declarations of a texture and a sampler for each map, with consecutive binding numbers that start at
+/// `first`.
 fn textures(maps: &[&str], first: usize) -> String {
     let of = |(at, map): (usize, &&str)| {
         let number = first + 2 * at;
@@ -57,7 +58,8 @@ fn textures(maps: &[&str], first: usize) -> String {
     maps.iter().enumerate().map(of).collect()
 }
 
-/// The shader template with the material block, the object block and the vertex attributes that materials read.
+/// The source of the shader template with the material block, the object block and the vertex attributes that materials
+/// read.
 fn blocks() -> String {
     let list = |attributes: &[(&str, VertexFormat)]| {
         let pairs: Vec<String> = (attributes.iter())
@@ -82,7 +84,8 @@ fn blocks() -> String {
     )
 }
 
-/// The shader template with the block and the maps that only draws with the property `pbr` use.
+/// The source of the shader template with the material block and the texture maps that only draws with the property
+/// `pbr` use.
 fn details() -> String {
     format!(
         "{{# The rest of a material of scenes, for draws with `pbr`.\n   {NOTE} #}}\n\
@@ -92,7 +95,7 @@ fn details() -> String {
     )
 }
 
-/// The shader template with the motion block of objects, for passes that write motion vectors.
+/// The source of the shader template with the motion block of objects, for passes that write motion vectors.
 fn motion() -> String {
     format!(
         "{{# The motion of a placed mesh of scenes. {NOTE} #}}\n\
@@ -102,7 +105,7 @@ fn motion() -> String {
     )
 }
 
-/// The pipeline file that declares the geometry contract of scenes.
+/// The contents of the pipeline file that declares the vertex streams and bindings of scenes.
 fn geometry() -> String {
     let members = |members: &Members| {
         let pairs: Vec<String> =
@@ -140,7 +143,7 @@ fn geometry() -> String {
     )
 }
 
-/// The contents of a file without white space, so that a comparison ignores formatting.
+/// Returns the contents of a file without white space, so that a comparison ignores formatting.
 fn words(text: &str) -> String {
     text.split_whitespace().collect()
 }

@@ -10,14 +10,14 @@ use umbragraph_pipeline::frame::{Bounds, Camera, Light, LightKind, Projection};
 /// The vertical field of view of the default camera, in radians (40°).
 pub const VERTICAL_FOV: f64 = 40.0 * std::f64::consts::PI / 180.0;
 
-/// The direction from the centre of the scene to the default camera; not a unit vector.
+/// The direction from the centre of the scene's bounds towards the default camera; not a unit vector.
 const TOWARDS_CAMERA: DVec3 = DVec3::new(0.45, 0.4, 1.0);
 
-/// The direction from the centre of the scene to the default sun; not a unit vector.
+/// The direction from the scene towards the default directional light; not a unit vector.
 const TOWARDS_SUN: DVec3 = DVec3::new(-0.6, 1.0, 0.5);
 
-/// A perspective camera that shows the sphere around `bounds`; empty bounds count as a sphere of radius 1 m around the
-/// origin. `aspect` is width over height.
+/// A perspective camera that shows the sphere around `bounds`. Empty bounds count as a sphere of radius 1 m around the
+/// origin. `aspect` is the width of the picture over its height.
 pub fn camera(bounds: &Bounds, aspect: f64) -> Camera {
     let (center, radius) =
         if bounds.is_empty() { (DVec3::ZERO, 1.0) } else { (bounds.center(), bounds.radius().max(1e-3)) };
@@ -39,7 +39,8 @@ pub fn camera(bounds: &Bounds, aspect: f64) -> Camera {
     )
 }
 
-/// The default directional light, with 3 lux: a white surface that faces the light then nearly reaches display white.
+/// The default directional light, with an illuminance of 3 lux. A white surface that faces the light then almost
+/// reaches display white.
 pub fn sun() -> Light {
     Light::new("sun", LightKind::Directional)
         .direction(-TOWARDS_SUN.normalize())

@@ -14,17 +14,17 @@ use crate::interface::GEOMETRY;
 use crate::material::AlphaMode;
 use crate::scene::{Draw, Scene};
 
-/// All draw filters that a pass may name under `filter` in a pipeline file.
+/// The names of all draw filters that a pass may have as its `filter` in a pipeline file.
 pub const FILTERS: &[&str] =
     &["all", "opaque", "transparent", "moving", "casters", "static_casters", "dynamic_casters"];
 
-/// Returns `true` if a pass with this filter includes a draw of the scene; `false` for a filter that is not in
-/// [`FILTERS`].
+/// Returns `true` if a pass with this filter draws `draw`. Returns `false` for a filter that is not in [`FILTERS`].
 pub fn wants(filter: &str, scene: &Scene, draw: Draw) -> bool {
     wants_draw(filter, draw, scene.material(draw).alpha_mode == AlphaMode::Blend)
 }
 
-/// Returns `true` if a filter includes a draw; `is_blended` is `true` for a material with alpha mode `BLEND`.
+/// Returns `true` if a pass with this filter draws `draw`. `is_blended` is `true` if the material of the draw has alpha
+/// mode `BLEND`.
 pub(crate) fn wants_draw(filter: &str, draw: Draw, is_blended: bool) -> bool {
     match filter {
         "all" => true,
@@ -38,8 +38,8 @@ pub(crate) fn wants_draw(filter: &str, draw: Draw, is_blended: bool) -> bool {
     }
 }
 
-/// A warning with the number of transparent draws that no pass of the plan includes. `None` if there are none, or if no
-/// pass of the plan draws the scene.
+/// A warning with the number of transparent draws that no pass of the plan draws. `None` if every transparent draw is
+/// drawn, or if no pass of the plan draws the scene.
 pub fn left_out(scene: &Scene, plan: &Plan) -> Option<Diagnostic> {
     let filters: BTreeSet<&str> = plan
         .passes

@@ -15,33 +15,37 @@ use crate::material::{AlphaMode, Map, Material};
 use crate::mesh::VertexDetail;
 use crate::scene::{Draw, Scene};
 
-/// The name of the geometry contract that scenes implement; pipelines name it in their passes.
+/// The name of the geometry (vertex streams and bindings of draws) that scenes provide. Passes of a pipeline refer to
+/// it by this name.
 pub const GEOMETRY: &str = "scene";
 
-/// The name of the buffer that pipelines import to trace rays through a scene ([`crate::trace::packed`]).
+/// The name of the storage buffer that pipelines import to trace rays through a scene ([`crate::trace::packed`]).
 pub const RAYS: &str = "scene_rays";
 
-/// The property of draws whose material has alpha mode `MASK`: fragments below the alpha cutoff are discarded.
+/// The name of the property of draws whose material has alpha mode `MASK`: fragments below the alpha cutoff are
+/// discarded.
 pub const ALPHA_MASKED: &str = "alpha_masked";
 
-/// The property of draws that need the full material: more than base colour and constant emission.
+/// The name of the property of draws that need the full physically based material model, beyond base colour and
+/// constant emission.
 pub const PBR: &str = "pbr";
 
-/// All properties that draws of a scene can have; the index is the bit in a [`PropertySet`].
+/// The names of all properties that draws of a scene can have. The index of a name is the number of its bit in a
+/// [`PropertySet`].
 const PROPERTIES: [&str; 3] = [ALPHA_MASKED, DOUBLE_SIDED, PBR];
 
-/// The distance in bytes between consecutive uniform blocks in a buffer: an offset alignment that every device
-/// supports.
+/// The distance in bytes between consecutive uniform blocks in a buffer. Every device supports this value as the
+/// alignment of dynamic offsets.
 pub const BLOCK_STRIDE: u32 = 256;
 
-/// The vertex streams of scenes that have a buffer each: name, format, and bytes per vertex.
+/// The vertex streams that have a buffer of their own: name, format, and bytes per vertex.
 pub(crate) const STREAMS: [(&str, VertexFormat, u64); 3] = [
     ("position", VertexFormat::Float32x3, 12),
     ("normal", VertexFormat::Float32x3, 12),
     ("texcoord", VertexFormat::Float32x2, 8),
 ];
 
-/// The vertex stream with the positions of the previous pose, for motion vectors: name, format, and bytes per vertex.
+/// The vertex stream with the positions in the previous pose, for motion vectors: name, format, and bytes per vertex.
 pub(crate) const PREVIOUS: (&str, VertexFormat, u64) = ("previous_position", VertexFormat::Float32x3, 12);
 
 /// The attributes of [`VertexDetail`]: name, format, and byte offset in the struct.
@@ -51,12 +55,12 @@ pub(crate) const DETAILS: [(&str, VertexFormat, u64); 3] = [
     ("color", VertexFormat::Float32x4, std::mem::offset_of!(VertexDetail, color) as u64),
 ];
 
-/// The names of the maps of a material. Shaders have a texture `<name>_texture` and a sampler `<name>_sampler` for
-/// each.
+/// The names of the texture maps of a material. For each name, shaders have a texture `<name>_texture` and a sampler
+/// `<name>_sampler`.
 pub(crate) const MAPS: [&str; 5] = ["base_color", "metallic_roughness", "normal", "occlusion", "emissive"];
 
-/// The maps of a material in the order of [`MAPS`], each with `true` if its colours are sRGB-encoded. `None` for a map
-/// that the material lacks.
+/// The texture maps of a material in the order of [`MAPS`]; `None` for a map that the material lacks. The flag of each
+/// map is `true` if its texels are sRGB-encoded colours.
 pub(crate) fn maps(material: &Material) -> [(Option<Map>, bool); MAPS.len()] {
     [
         (material.base_color_map, true),
@@ -67,7 +71,7 @@ pub(crate) fn maps(material: &Material) -> [(Option<Map>, bool); MAPS.len()] {
     ]
 }
 
-/// Declares a uniform block: a `#[repr(C)]` struct, and the list of its members with their WGSL types.
+/// Declares a uniform block as a `#[repr(C)]` struct, together with the list of its members and their WGSL types.
 macro_rules! block {
     ($(#[$meta:meta])* $block:ident { $(#[doc = $doc:literal] $member:ident: $type:ty = $value:expr,)* }) => {
         $(#[$meta])*
@@ -79,7 +83,7 @@ macro_rules! block {
 
         #[cfg(test)]
         impl $block {
-            /// The members in memory order: name, type in WGSL, and description.
+            /// The members in memory order: name, WGSL type, and description for shader source.
             pub(crate) const MEMBERS: &[(&str, ValueType, &str)] =
                 &[$((stringify!($member), $value, $doc)),*];
         }
@@ -88,8 +92,8 @@ macro_rules! block {
             /// The size of the block in bytes by the rules of WGSL, padding at its end included.
             pub const SIZE: u32 = (std::mem::size_of::<Self>() as u32).next_multiple_of(16);
 
-            /// Describes the block as a host resource with this name. `stride` is the distance in bytes to the next
-            /// block of a buffer, 0 for none.
+            /// Describes the block as a uniform buffer binding with this name. `stride` is the distance in bytes
+            /// between consecutive blocks for objects, or 0 for a material.
             fn slot(name: &str, stride: u32) -> HostResource {
                 let members = [$((stringify!($member), $value, std::mem::offset_of!(Self, $member) as u32)),*];
                 HostResource::block(name, stride, members)
@@ -99,7 +103,7 @@ macro_rules! block {
 }
 
 block! {
-    /// The uniform block of a material with the members that every draw uses.
+    /// The uniform block of a material, with the values that shaders of every draw use.
     MaterialBlock {
         /// Linear colour and alpha, multiplied with the texture.
         base_color: [f32; 4] = ValueType::VEC4,
@@ -113,9 +117,9 @@ block! {
 }
 
 block! {
-    /// The uniform block of a material with the members that only draws with [`PBR`] use: reflection and texture
-    /// transforms. A map has a matrix of two rows for its texture coordinates; w of the first row is the index of the
-    /// coordinate set.
+    /// The second uniform block of a material, used only by draws with the property [`PBR`]: reflectance and texture
+    /// transforms. The texture coordinates of each map are transformed by a matrix of two rows. The w component of the
+    /// first row is the index of the coordinate set.
     MaterialDetailBlock {
         /// Texture coordinates of the metallic and roughness map: first row of their matrix, and in w the set.
         metallic_roughness_u: [f32; 4] = ValueType::VEC4,
@@ -193,7 +197,7 @@ impl From<&Material> for MaterialDetailBlock {
 }
 
 block! {
-    /// The uniform block of a draw: the transforms of its object.
+    /// The uniform block of a draw: the transforms of the drawn object to world space.
     ObjectBlock {
         /// From the mesh's space to the world.
         world_from_object: [[f32; 4]; 4] = ValueType::MAT4,
@@ -205,29 +209,30 @@ block! {
 }
 
 block! {
-    /// The uniform block of a draw for motion vectors: the transform of its object in the previous pose.
+    /// The uniform block of a draw for motion vectors: the transform of the drawn object in the previous pose.
     MotionBlock {
         /// From the mesh's space to the world, in the pose before.
         previous_world_from_object: [[f32; 4]; 4] = ValueType::MAT4,
     }
 }
 
-/// The properties of a draw: alpha-masked, double-sided and [`PBR`].
+/// The set of properties that a draw has, out of [`ALPHA_MASKED`], [`DOUBLE_SIDED`] and [`PBR`].
 pub fn properties(scene: &Scene, draw: Draw) -> PropertySet {
     let is_double_sided = scene.material(draw).double_sided;
     let properties = [scene.is_alpha_masked(draw), is_double_sided, scene.primitive(draw).details.is_some()];
     PropertySet((0..).zip(properties).map(|(at, has)| u32::from(has) << at).sum())
 }
 
-/// The buffer layout and bindings with which `scene` implements [`GEOMETRY`], with the property sets that its draws
-/// have.
+/// The vertex buffer layouts and bindings of the geometry [`GEOMETRY`], with the property sets that occur among the
+/// draws of `scene`.
 pub fn interface(scene: &Scene) -> HostInterface {
     let sets: BTreeSet<PropertySet> =
         scene.draws_of_all_details().map(|draw| properties(scene, draw)).collect();
     any_scene().properties(PROPERTIES, sets)
 }
 
-/// The buffer layout and bindings with which every scene implements [`GEOMETRY`], with all possible property sets.
+/// The vertex buffer layouts and bindings of the geometry [`GEOMETRY`], which are the same for every scene, with all
+/// possible property sets.
 pub fn any_scene() -> HostInterface {
     let stream = |(name, format, stride): (&'static str, VertexFormat, u64)| {
         HostVertexBuffer::new(stride, [(name, format, 0)])
@@ -256,7 +261,8 @@ mod tests {
 
     use super::*;
 
-    /// The byte offsets of the members of a uniform block and the size of the block, by the alignment rules of WGSL.
+    /// The byte offsets of the members of a uniform block and the size of the block in bytes, by the alignment rules of
+    /// WGSL.
     fn wgsl_offsets(members: &[HostMember]) -> (Vec<u32>, u32) {
         let (mut at, mut offsets) = (0_u32, Vec::new());
         for member in members {

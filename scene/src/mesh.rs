@@ -10,33 +10,35 @@ use umbragraph_pipeline::frame::Bounds;
 
 use crate::morph::MorphTarget;
 
-/// A group of primitives that nodes place as a unit.
+/// A group of primitives that a node places in the scene as one object.
 #[derive(Clone, Debug)]
 pub struct Mesh {
     /// The name in the file; may be empty or not unique.
     pub name: String,
     /// The primitives, in the order of the file.
     pub primitives: Vec<Primitive>,
-    /// Whether the mesh casts shadows (`extras.castShadow`, true where absent).
+    /// Whether the mesh casts shadows (glTF property `extras.castShadow`, `true` if absent).
     pub cast_shadow: bool,
-    /// Whether the mesh receives shadows (`extras.receiveShadow`, true where absent).
+    /// Whether the mesh receives shadows (glTF property `extras.receiveShadow`, `true` if absent).
     pub receive_shadow: bool,
-    /// The default weight of each morph target, for nodes that declare no weights.
+    /// The default weight of each morph target, for nodes that declare no weights; empty if the mesh has no targets.
     pub weights: Vec<f32>,
 }
 
 /// An indexed triangle list with one material.
 #[derive(Clone, Debug)]
 pub struct Primitive {
-    /// Positions in metres, in the space of the mesh.
+    /// Positions of the vertices in metres, in the space of the mesh.
     pub positions: Vec<[f32; 3]>,
     /// Unit normals of the vertices, pointing outwards, in the space of the mesh.
     pub normals: Vec<[f32; 3]>,
-    /// The texture coordinates for the base colour texture, already transformed; zero if the file has none.
+    /// For each vertex, the coordinates at which the base colour texture is sampled, with its `KHR_texture_transform`
+    /// applied. Zero if the file has no texture coordinates.
     pub texcoords: Vec<[f32; 2]>,
-    /// The further attributes of each vertex. `None` if the shader of the primitive does not read them.
+    /// The texture coordinate sets, tangent and colour of each vertex. `None` if no shader for the primitive's material
+    /// reads them.
     pub details: Option<Vec<VertexDetail>>,
-    /// The joints and weights of each vertex. `None` for a primitive without skinning attributes.
+    /// The joint indices and joint weights of each vertex. `None` for a primitive without skinning attributes.
     pub joints: Option<JointWeights>,
     /// Three vertex indices for each triangle, counter-clockwise seen from the front; each is below the number of
     /// vertices.
@@ -47,26 +49,26 @@ pub struct Primitive {
     pub bounds: Bounds,
     /// The morph targets; empty if the primitive has none.
     pub targets: Vec<MorphTarget>,
-    /// Whether the file has no normals, so that `normals` holds computed normals of the flat triangles.
+    /// Whether `normals` holds computed face normals, because the file has no usable normals for the primitive.
     pub has_flat_normals: bool,
 }
 
-/// Vertex attributes that only draws with the property `pbr` read.
+/// Vertex attributes that shaders read only for physically based materials (draws with the property `pbr`).
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct VertexDetail {
-    /// The texture coordinates of set 0 (x, y) and set 1 (z, w); zero if the file has none.
+    /// The texture coordinates of set 0 (x, y) and set 1 (z, w); zero for a set that is missing or unused.
     pub texcoords: [f32; 4],
     /// The unit tangent along the first texture coordinate (x, y, z) and the sign of the bitangent (w). All zero for a
     /// vertex without a tangent.
     pub tangent: [f32; 4],
-    /// Linear vertex colour and alpha, multiplied with the base colour; white if the file has none.
+    /// Linear vertex colour and alpha, multiplied with the base colour; white if the file has no vertex colours.
     pub color: [f32; 4],
 }
 
 impl VertexDetail {
-    /// Combines separate attribute lists into the details of `count` vertices. Missing attributes become zero, or white
-    /// for colours.
+    /// Combines two texture coordinate sets, tangents and colours into one element for each of `count` vertices.
+    /// Missing texture coordinates and tangents become zero, missing colours white.
     pub(crate) fn all(
         count: usize,
         [first, second]: [Option<Vec<[f32; 2]>>; 2],
@@ -95,7 +97,7 @@ pub struct JointWeights {
     pub weights: Vec<[f32; 4]>,
 }
 
-/// The bounding box of positions; empty if there are none.
+/// The axis-aligned bounding box of positions; the empty box if the list is empty.
 pub fn bounds_of(positions: &[[f32; 3]]) -> Bounds {
     positions
         .iter()
@@ -109,24 +111,25 @@ pub fn face_normal(corners: [[f32; 3]; 3]) -> [f32; 3] {
     direction((b - a).cross(c - a))
 }
 
-/// The flat normals of triangles that share no vertices: the same normal three times for each triangle.
+/// The face normals of triangles given as three positions each. Each normal is returned three times, once for each
+/// vertex of its triangle.
 pub(crate) fn flat_normals(positions: &[[f32; 3]]) -> impl Iterator<Item = [f32; 3]> {
     let (triangles, _) = positions.as_chunks();
     triangles.iter().flat_map(|corners| [face_normal(*corners); 3])
 }
 
-/// Normalizes a normal; returns +Y for one of length zero.
+/// Normalizes a normal; returns +Y for a normal of length zero.
 pub(crate) fn unit(normal: [f32; 3]) -> [f32; 3] {
     direction(Vec3::from_array(normal).as_dvec3())
 }
 
-/// Normalizes a vector; returns +Y for one of length zero.
+/// Normalizes a vector; returns +Y for a vector of length zero.
 pub(crate) fn direction(vector: DVec3) -> [f32; 3] {
     vector.try_normalize().unwrap_or(DVec3::Y).as_vec3().to_array()
 }
 
-/// Converts the indices of a triangle strip to a triangle list. The winding of every second triangle is reversed, as
-/// strips require.
+/// Converts the indices of a triangle strip to a triangle list. Every second triangle of a strip has the reverse
+/// winding, which is corrected in the list.
 pub fn strip_to_list(strip: &[u32]) -> Vec<u32> {
     let triangle = |(at, corners): (usize, &[u32])| {
         if at % 2 == 0 { [corners[0], corners[1], corners[2]] } else { [corners[0], corners[2], corners[1]] }
@@ -134,7 +137,7 @@ pub fn strip_to_list(strip: &[u32]) -> Vec<u32> {
     strip.windows(3).enumerate().flat_map(triangle).collect()
 }
 
-/// Converts the indices of a triangle fan to a triangle list.
+/// Converts the indices of a triangle fan, whose triangles all share the first vertex, to a triangle list.
 pub fn fan_to_list(fan: &[u32]) -> Vec<u32> {
     let Some((first, rest)) = fan.split_first() else { return Vec::new() };
     rest.windows(2).flat_map(|pair| [pair[0], pair[1], *first]).collect()

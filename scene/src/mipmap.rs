@@ -8,8 +8,8 @@
 
 use crate::texture::Image;
 
-/// The mip levels of an image after level 0, down to 1 × 1: width, height, and four bytes for each texel. With
-/// `is_srgb`, colours are averaged in linear light and encoded as sRGB again.
+/// The mip levels of an image after level 0, down to 1 × 1: width and height in texels, and four bytes (RGBA) per
+/// texel. If `is_srgb` is `true`, colours are averaged in linear light and encoded as sRGB again.
 pub fn levels(image: &Image, is_srgb: bool) -> Vec<(u32, u32, Vec<u8>)> {
     let decode = is_srgb.then(decode_table);
     let mut levels: Vec<(u32, u32, Vec<u8>)> = Vec::new();
@@ -59,7 +59,8 @@ fn halve(source: &[u8], width: u32, height: u32, decode: Option<&[f32; 256]>) ->
     half
 }
 
-/// The range of texels of the larger level, along one axis, that the box filter averages for texel `at` of `boxes`.
+/// The range of texels of the larger level, along one axis, that are averaged for texel `at` of the smaller level.
+/// `boxes` and `texels` are the sizes of the smaller and the larger level.
 fn extent(at: u32, boxes: u32, texels: u32) -> std::ops::Range<u32> {
     at * 2..if at + 1 == boxes { texels } else { at * 2 + 2 }
 }

@@ -11,23 +11,23 @@ use umbragraph_pipeline::frame::Bounds;
 
 use crate::mesh::{Primitive, flat_normals, unit};
 
-/// The maximum absolute value of a morph weight.
+/// The maximum absolute value of a morph weight; animated weights are clamped to it.
 pub(crate) const MAX_WEIGHT: f32 = 1e6;
 
-/// A morph target: displacements of the vertices of a primitive, scaled by one weight.
+/// A morph target: displacements of the vertices of a primitive, all multiplied by one weight.
 #[derive(Clone, Debug)]
 pub struct MorphTarget {
     /// The displacement of each position, in metres; empty if the target does not move positions.
     pub positions: Vec<[f32; 3]>,
     /// The displacement of each normal; empty if the target does not change normals.
     pub normals: Vec<[f32; 3]>,
-    /// The bounding box of all position displacements and of zero, in metres.
+    /// The bounding box of all position displacements and of the zero displacement, in metres.
     pub bounds: Bounds,
 }
 
 impl Primitive {
-    /// Computes the morphed positions and normals into the two lists. `weights` has one weight for each target; missing
-    /// weights are 0.
+    /// Replaces the contents of `positions` and `normals` with the morphed positions (in metres) and unit normals.
+    /// `weights` has one weight for each morph target; missing weights count as 0.
     pub fn morph(&self, weights: &[f32], positions: &mut Vec<[f32; 3]>, normals: &mut Vec<[f32; 3]>) {
         positions.clone_from(&self.positions);
         normals.clone_from(&self.normals);
@@ -48,8 +48,8 @@ impl Primitive {
         }
     }
 
-    /// Enlarges a bounding box of vertices of this primitive so that it contains the vertices morphed with these
-    /// weights.
+    /// Returns `bounds`, a bounding box of vertices of this primitive, enlarged to contain the same vertices morphed
+    /// with `weights`.
     pub(crate) fn morphed_bounds(&self, bounds: Bounds, weights: &[f32]) -> Bounds {
         if bounds.is_empty() {
             return bounds;

@@ -2,7 +2,7 @@
 
 use glam::{DMat4, DQuat, DVec3};
 
-/// The identifier of a node in a scene: its index.
+/// The identifier of a node in a scene: an index into [`Scene::nodes`](crate::Scene::nodes).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct NodeId(pub(crate) u32);
 
@@ -13,14 +13,14 @@ impl NodeId {
     }
 }
 
-/// A transform from a node's space to its parent's.
+/// A transform from a node's space to the space of its parent.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LocalTransform {
-    /// An affine matrix from the file. Such a node cannot be animated.
+    /// An affine matrix from the file. An animation cannot change the transform of a node with a matrix.
     Matrix(DMat4),
-    /// Separate parts, applied in the order scale, rotation, translation.
+    /// Separate translation, rotation and scale, applied in the order scale, rotation, translation.
     Parts {
-        /// The translation (unit: metres).
+        /// The translation, in metres.
         translation: DVec3,
         /// The rotation, a unit quaternion.
         rotation: DQuat,
@@ -52,7 +52,7 @@ pub struct Node {
     pub name: String,
     /// The parent node; `None` for a root.
     pub parent: Option<NodeId>,
-    /// The transform from this node's space to its parent's, without animation.
+    /// The transform from this node's space to the space of its parent, without animation.
     pub local: LocalTransform,
     /// The index of the node's mesh in [`Scene::meshes`](crate::Scene::meshes); `None` for a node without a mesh.
     pub mesh: Option<usize>,
@@ -60,15 +60,16 @@ pub struct Node {
     pub skin: Option<usize>,
     /// The weight of each morph target of the mesh, without animation; empty if the mesh has no targets.
     pub weights: Vec<f32>,
-    /// The indices of the meshes of coarser levels of detail, from fine to coarse (`MSFT_lod`); empty if there are
-    /// none.
+    /// The indices in [`Scene::meshes`](crate::Scene::meshes) of the meshes for coarser levels of detail, from fine to
+    /// coarse (`MSFT_lod`). Empty if the node has only one level.
     pub details: Vec<usize>,
-    /// Whether the node belongs to the default scene of the file and so is drawn.
+    /// Whether the node is drawn: it belongs to the default scene of the file, and is not a level of detail of another
+    /// node.
     pub shown: bool,
-    /// Whether the first animation moves the node or one of its ancestors.
+    /// Whether the first animation changes the transform or morph weights of the node or of one of its ancestors.
     pub animated: bool,
-    /// Whether the node's mesh casts shadows (`extras.castShadow`, true where absent).
+    /// Whether the node's mesh casts shadows (glTF property `extras.castShadow`, `true` if absent).
     pub cast_shadow: bool,
-    /// Whether the node's mesh receives shadows (`extras.receiveShadow`, true where absent).
+    /// Whether the node's mesh receives shadows (glTF property `extras.receiveShadow`, `true` if absent).
     pub receive_shadow: bool,
 }

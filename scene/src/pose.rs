@@ -29,7 +29,7 @@ impl Clone for Pose {
         Self { local: self.local.clone(), world: self.world.clone(), weights: self.weights.clone() }
     }
 
-    /// Copies a pose into this one; does not allocate if the existing memory is large enough.
+    /// Copies `other` into this pose; does not allocate if the existing memory is large enough.
     fn clone_from(&mut self, other: &Self) {
         self.local.clone_from(&other.local);
         self.world.clone_from(&other.world);
@@ -43,7 +43,7 @@ impl Pose {
         self.world.get(node.index()).copied().unwrap_or(DMat4::IDENTITY)
     }
 
-    /// The weight of each morph target of the node's mesh; empty if it has none.
+    /// The weight of each morph target of the node's mesh; empty if the mesh has no targets.
     pub fn weights(&self, node: NodeId) -> &[f32] {
         let at = self.weights.binary_search_by_key(&node, |(node, _)| *node);
         at.ok().and_then(|at| self.weights.get(at)).map_or(&[], |(_, weights)| weights)
@@ -51,7 +51,7 @@ impl Pose {
 }
 
 impl Scene {
-    /// The pose without animation: every node has the transform of the file.
+    /// The pose without animation: every node has the transform and morph weights of the file.
     pub fn rest_pose(&self) -> Pose {
         let mut pose = Pose {
             local: self.nodes.iter().map(|node| node.local).collect(),
@@ -67,7 +67,7 @@ impl Scene {
         pose
     }
 
-    /// The pose at a time in seconds. The first animation of the scene plays in a loop; a time that is not finite
+    /// The pose at a time in seconds. The first animation of the scene plays in a loop. A time that is not finite
     /// counts as 0.
     pub fn pose(&self, time: f64) -> Pose {
         let mut pose = self.rest_pose();
@@ -75,8 +75,8 @@ impl Scene {
         pose
     }
 
-    /// Computes the pose at a time in seconds like [`Scene::pose`], but into an existing pose of this scene, without
-    /// allocating. A pose of another scene is replaced.
+    /// Updates a pose of this scene to a time in seconds, as [`Scene::pose`] computes it, without allocating. A pose
+    /// with a different number of nodes is replaced.
     pub fn pose_into(&self, time: f64, pose: &mut Pose) {
         if pose.world.len() != self.nodes.len() {
             *pose = self.rest_pose();
@@ -123,8 +123,8 @@ impl Scene {
         }
     }
 
-    /// For each joint of a node's skin, the transform from mesh space to the world; empty for a node without a skin.
-    /// These transforms replace the node's own for a skinned mesh, as glTF requires.
+    /// For each joint of a node's skin, the transform from mesh space to world space; empty for a node without a skin.
+    /// For a skinned mesh, the joint transforms replace the transform of the node, as glTF requires.
     pub fn joint_transforms<'a>(&'a self, node: NodeId, pose: &'a Pose) -> impl Iterator<Item = DMat4> + 'a {
         let skin =
             self.nodes.get(node.index()).and_then(|node| node.skin).and_then(|skin| self.skins.get(skin));
@@ -133,9 +133,9 @@ impl Scene {
             .map(|(joint, inverse_bind)| pose.world(*joint) * *inverse_bind)
     }
 
-    /// The bounding box of a draw in world space, in metres, for a pose. A skinned draw has the union of the boxes of
-    /// all joints, each transformed with its joint. A skinned vertex is a weighted mean of transformed positions, so
-    /// this box contains it.
+    /// The bounding box of a draw in world space, in metres, for a pose. For a skinned draw, the box is the union of
+    /// the bounding boxes of all joints, each transformed with its joint. It contains every skinned vertex, since that
+    /// is a weighted mean of points in the transformed boxes.
     pub fn draw_bounds(&self, draw: Draw, pose: &Pose) -> Bounds {
         let (part, weights) = (self.primitive(draw), pose.weights(draw.node));
         match draw.joint_bounds.and_then(|at| self.joint_bounds.get(at)) {
@@ -149,7 +149,8 @@ impl Scene {
     }
 }
 
-/// For each of the first `joints` joints, the bounding box of the positions with a weight above 0 for that joint.
+/// For each of the first `joints` joints of a skin, the bounding box of the positions with a weight above 0 for that
+/// joint.
 pub(crate) fn joint_bounds(
     positions: &[[f32; 3]],
     weights: &crate::mesh::JointWeights,

@@ -25,36 +25,37 @@ use crate::view::SceneCamera;
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Scene {
-    /// The name of the scene in diagnostics: the path or the name given to the loader.
+    /// The name of the scene in diagnostics: the path of the file, or the name given to
+    /// [`from_slice`](crate::from_slice).
     pub name: String,
-    /// All meshes of the file. Clones of a scene share the list.
+    /// All meshes of the file. Cloning a scene does not copy them.
     pub meshes: Arc<Vec<Mesh>>,
-    /// All materials of the file and, last, the default material for primitives without one.
+    /// All materials of the file, followed by the default material, which primitives without a material use.
     pub materials: Vec<Material>,
-    /// All textures that maps of materials use, each once.
+    /// All textures that materials use, each listed once.
     pub textures: Vec<Texture>,
-    /// The decoded images of `textures`. Clones of a scene share them.
+    /// The decoded images that `textures` refers to. Cloning a scene does not copy them.
     pub images: Arc<Vec<Image>>,
     /// All nodes of the file, indexed by [`NodeId`].
     pub nodes: Vec<Node>,
-    /// The cameras of the shown nodes, parents before children; empty if the file has none.
+    /// The cameras of all drawn nodes, parent nodes before their children; empty if no drawn node has a camera.
     pub cameras: Vec<SceneCamera>,
-    /// The lights of the shown nodes, parents before children; empty if the file has none.
+    /// The lights of all drawn nodes, parent nodes before their children; empty if no drawn node has a light.
     pub lights: Vec<SceneLight>,
-    /// All skins of the file.
+    /// All skins (sets of joints for skinned meshes) of the file.
     pub skins: Vec<Skin>,
     /// All animations of the file; only the first one is played.
     pub animations: Vec<Animation>,
-    /// Warnings about the file from loading; errors prevent a scene.
+    /// The warnings found while loading. A file with errors is rejected, so there are no errors here.
     pub warnings: Diagnostics,
     /// All nodes, sorted so that parents come before their children.
     pub(crate) order: Vec<NodeId>,
-    /// All draws: first those of the finest level of detail, then those of coarser levels.
+    /// All draws, sorted by level of detail from the finest to the coarsest.
     pub(crate) draws: Vec<Draw>,
-    /// The number of draws of the finest level of detail, which come first in `draws`.
+    /// The number of draws of the finest level of detail; they are the first ones in `draws`.
     pub(crate) finest: usize,
-    /// For each combination of skin and skinned primitive, one bounding box per joint of the vertices that it moves, in
-    /// mesh space.
+    /// One list for each combination of a skin and a primitive, with a bounding box for each joint. A box contains the
+    /// vertices that its joint moves, in metres in mesh space.
     pub(crate) joint_bounds: Vec<Vec<Bounds>>,
 }
 
@@ -71,17 +72,17 @@ pub struct Draw {
     pub material: usize,
     /// The index of the skin in [`Scene::skins`]; `None` for a draw without skinning.
     pub skin: Option<usize>,
-    /// Whether the draw casts shadows: allowed by node, mesh and material, and the material is not blended.
+    /// Whether the draw casts shadows: node, mesh and material all allow it, and the material is not alpha-blended.
     pub cast_shadow: bool,
-    /// Whether the draw receives shadows: allowed by node, mesh and material.
+    /// Whether the draw receives shadows: node, mesh and material all allow it.
     pub receive_shadow: bool,
     /// Whether the draw can move or change its shape from frame to frame, by animation or skinning.
     pub dynamic: bool,
-    /// The level of detail that the draw belongs to; 0 is the finest.
+    /// The level of detail of the draw; 0 is the finest.
     pub detail: u32,
     /// The coarsest level of detail of the draw's node; 0 if the node has only one level.
     pub last_detail: u32,
-    /// The index in `Scene::joint_bounds`; `None` for a draw without skinning.
+    /// The index of the draw's joint bounding boxes in `Scene::joint_bounds`; `None` for a draw without skinning.
     pub(crate) joint_bounds: Option<usize>,
 }
 
@@ -91,12 +92,12 @@ impl Scene {
         self.draws.iter().take(self.finest).copied()
     }
 
-    /// The draws of the finest level of detail, then those of the coarser levels.
+    /// The draws of all levels of detail, from the finest level to the coarsest.
     pub fn draws_of_all_details(&self) -> impl ExactSizeIterator<Item = Draw> + '_ {
         self.draws.iter().copied()
     }
 
-    /// The primitive with the triangles of a draw.
+    /// The primitive whose triangles a draw renders.
     pub fn primitive(&self, draw: Draw) -> &Primitive {
         &self.meshes[draw.mesh].primitives[draw.primitive]
     }
@@ -128,7 +129,7 @@ impl Scene {
         matches!(self.material(draw).alpha_mode, AlphaMode::Mask { .. })
     }
 
-    /// Returns `true` if the placement or the shape of a draw differs between two poses.
+    /// Returns `true` if the transform, joints or morph weights of a draw differ between two poses.
     pub fn moves(&self, draw: Draw, from: &Pose, to: &Pose) -> bool {
         let moves = |node: NodeId| from.world(node) != to.world(node);
         let skin = draw.skin.and_then(|skin| self.skins.get(skin));
@@ -139,7 +140,7 @@ impl Scene {
                 || skin.is_some_and(|skin| skin.joints.iter().any(|at| moves(*at))))
     }
 
-    /// The bounding box of all draws of the finest level of detail, in world space, for a pose.
+    /// The bounding box of all draws of the finest level of detail in a pose, in metres in world space.
     pub fn bounds(&self, pose: &Pose) -> Bounds {
         self.bounds_where(pose, |_| true)
     }
@@ -149,7 +150,8 @@ impl Scene {
         draws.fold(Bounds::EMPTY, |bounds, draw| bounds.union(self.draw_bounds(draw, pose)))
     }
 
-    /// The lights of the scene placed for a pose; one default directional light if the file has no lights.
+    /// The lights of the scene with their positions and directions in a pose; one default directional light if the
+    /// scene has no lights.
     pub fn placed_lights(&self, pose: &Pose) -> Vec<Light> {
         if self.lights.is_empty() {
             return vec![default_view::sun()];
@@ -157,13 +159,14 @@ impl Scene {
         self.lights.iter().map(|light| light.placed(&pose.world(light.node))).collect()
     }
 
-    /// The frame input at a time in seconds: the first camera with the given `aspect` (width over height), all lights
-    /// and the bounds. The frame index is 0; a host that draws several frames must set it.
+    /// The per-frame input of a pipeline at `time`, in seconds: camera, lights, and bounding boxes of the scene and its
+    /// shadow casters. The camera is the first one of the scene, or a default one, with the given `aspect` (width over
+    /// height). The frame index is 0; a host that draws several frames must set it.
     pub fn frame_input(&self, aspect: f64, time: f64) -> FrameInput {
         self.frame_input_of(&self.pose(time), aspect, time)
     }
 
-    /// The frame input like [`Scene::frame_input`], for a pose that the caller has already computed.
+    /// The same as [`Scene::frame_input`], for a pose that the caller has already computed for this `time`.
     pub fn frame_input_of(&self, pose: &Pose, aspect: f64, time: f64) -> FrameInput {
         let scene_bounds = self.bounds(pose);
         let camera = match self.cameras.first() {

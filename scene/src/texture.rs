@@ -2,17 +2,17 @@
 
 use umbragraph_pipeline::wgpu_types::{AddressMode, FilterMode, MipmapFilterMode};
 
-/// The sampling state of a texture. The default, for files without a sampler, repeats, and filters texels and mip
-/// levels linearly.
+/// The sampling state of a texture. The default, used for textures without a sampler, repeats the image and filters
+/// texels and mip levels linearly.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Sampler {
     /// The address mode of the texture coordinate u.
     pub wrap_u: AddressMode,
     /// The address mode of the texture coordinate v.
     pub wrap_v: AddressMode,
-    /// The magnification filter, for a texel that covers more than one pixel.
+    /// The magnification filter, used if a texel covers more than one pixel.
     pub magnify: FilterMode,
-    /// The minification filter, for a pixel that covers more than one texel.
+    /// The minification filter, used if a pixel covers more than one texel.
     pub minify: FilterMode,
     /// The filter between mip levels; `None` if only the base level is sampled.
     pub mipmap: Option<MipmapFilterMode>,
@@ -40,7 +40,7 @@ pub struct Image {
     /// The height in texels, at least 1.
     pub height: u32,
     /// Four bytes for each texel, rows from the top: red, green, blue and alpha (not premultiplied). Colours are
-    /// sRGB-encoded; data such as normals is linear.
+    /// sRGB-encoded; other data, such as normals, is linear.
     pub rgba: Vec<u8>,
 }
 
@@ -50,11 +50,11 @@ impl std::fmt::Debug for Image {
     }
 }
 
-/// An image and the state with which it is sampled.
+/// An image and the address modes and filters with which it is sampled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Texture {
     /// The index of the image in [`Scene::images`](crate::Scene::images).
     pub image: usize,
-    /// The sampling state.
+    /// The address modes and filters.
     pub sampler: Sampler,
 }

@@ -5,24 +5,24 @@ use umbragraph_pipeline::frame::{Bounds, Camera, Projection};
 
 use crate::node::NodeId;
 
-/// A camera and the node that places it.
+/// A camera, and the node that gives the camera its position and rotation.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct SceneCamera {
-    /// The name of the camera, or else of its node; may be empty.
+    /// The name of the camera, or the name of its node if the camera has none; may be empty.
     pub name: String,
-    /// The node that places the camera, which looks along its −Z axis.
+    /// The node at the position of the camera. The camera looks along the node's −Z axis.
     pub node: NodeId,
-    /// The projection; its far plane is infinite if the file gives none.
+    /// The projection; its far plane is infinite if the file gives no far plane.
     pub projection: Projection,
 }
 
 impl SceneCamera {
-    /// Returns the camera at the position and rotation of its node, given the world transform of the node.
+    /// Returns the camera with the position and rotation of its node, whose world transform is `world`.
     ///
-    /// Scale, shear and mirroring of the transform have no effect. An infinite far plane is replaced by one just beyond
-    /// `bounds`. `aspect` is the width of the picture over its height. The aspect ratio of the file is ignored; its
-    /// vertical field of view is kept.
+    /// Scale, shear and mirroring of the transform have no effect. An infinite far plane of a perspective camera is
+    /// replaced by a far plane just beyond `bounds`. `aspect` is the width of the picture over its height. It replaces
+    /// the aspect ratio of the file; the vertical field of view is kept.
     pub fn placed(&self, world: &DMat4, bounds: &Bounds, aspect: f64) -> Camera {
         let position = world.w_axis.truncate();
         let rotation = rotation_of(world).unwrap_or(DQuat::IDENTITY);
@@ -42,8 +42,9 @@ impl SceneCamera {
     }
 }
 
-/// Extracts the rotation of a camera from a world transform: the −Z axis is kept exactly, the +Y axis as nearly as
-/// possible. Returns `None` if one of the two axes has length zero or they are parallel.
+/// Extracts the rotation of a camera from a world transform. The rotation has the exact direction of the transformed −Z
+/// axis, and a +Y axis as close as possible to the transformed one. Returns `None` if one of the two axes has length
+/// zero or they are parallel.
 pub(crate) fn rotation_of(world: &DMat4) -> Option<DQuat> {
     let back = world.z_axis.truncate().try_normalize()?;
     let right = world.y_axis.truncate().try_normalize()?.cross(back).try_normalize()?;

@@ -8,8 +8,8 @@
 use glam::DMat4;
 use umbragraph_pipeline::frame::Bounds;
 
-/// Returns `false` if `bounds` lies entirely outside one of the four sides of the view frustum, or is empty. The near
-/// and far planes are not tested.
+/// Returns `false` if `bounds` is empty or lies entirely outside the left, right, bottom or top plane of the view
+/// frustum. The near and far planes are not tested.
 pub fn may_be_visible(bounds: &Bounds, clip_from_world: &DMat4) -> bool {
     if bounds.is_empty() {
         return false;

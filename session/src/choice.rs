@@ -8,7 +8,7 @@ use crate::graph::compiler::PlanOptions;
 use crate::graph::pipeline::{Override, Overrides};
 use crate::graph::shader::TargetProfile;
 
-/// A pipeline to be answered about: the path of its file, and the extensions that are added to it.
+/// A pipeline that a session is to load: the path of its file, and documents that are added to it.
 #[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 #[non_exhaustive]
 pub struct Target {
@@ -16,7 +16,7 @@ pub struct Target {
     pub path: PathBuf,
     /// The paths of extension files, in the order in which they are added.
     pub extensions: Vec<PathBuf>,
-    /// A document that is included after the extensions, as its name and text.
+    /// The name and text of a document that is included after the extensions; `None` if there is none.
     pub included: Option<(String, String)>,
 }
 
@@ -26,13 +26,13 @@ impl Target {
         Self { path: path.into(), ..Self::default() }
     }
 
-    /// Sets the extension files.
+    /// Sets the paths of extension files, in the order in which they are added.
     #[must_use]
     pub fn extensions(self, extensions: impl IntoIterator<Item = PathBuf>) -> Self {
         Self { extensions: extensions.into_iter().collect(), ..self }
     }
 
-    /// Includes a further document, given as text.
+    /// Sets a document that is included after the extensions, given as name and text.
     #[must_use]
     pub fn include(self, name: impl Into<String>, text: impl Into<String>) -> Self {
         Self { included: Some((name.into(), text.into())), ..self }
@@ -49,7 +49,7 @@ pub struct Choice {
     pub overrides: Overrides,
     /// The options of the plan.
     pub plan: PlanOptions,
-    /// Resources that the host reads between frames, as if the pipeline declared them `exposed`.
+    /// The names of resources that the host reads between frames, as if the pipeline declared them `exposed`.
     pub exposed: BTreeSet<String>,
 }
 
@@ -65,13 +65,13 @@ impl Choice {
         Self { overrides, ..self }
     }
 
-    /// Sets the resources that the host reads between frames.
+    /// Sets the names of the resources that the host reads between frames.
     #[must_use]
     pub fn exposed(self, exposed: BTreeSet<String>) -> Self {
         Self { exposed, ..self }
     }
 
-    /// The inputs of a load besides the document and the templates.
+    /// Returns the part of the choice that identifies a cached plan: profile, overrides and exposed resources.
     pub(crate) fn configuration(&self) -> Configuration {
         Configuration {
             profile: self.profile.clone(),
@@ -81,7 +81,7 @@ impl Choice {
     }
 }
 
-/// The inputs of a load besides the document and the templates.
+/// The part of a [`Choice`] that identifies a cached plan: profile, overrides and exposed resources.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Configuration {
     profile: TargetProfile,
@@ -89,7 +89,8 @@ pub(crate) struct Configuration {
     exposed: BTreeSet<String>,
 }
 
-/// Overrides as a text that is the same where they are, places included.
+/// Formats overrides as a string for use in cache keys. Equal strings mean equal values, given at the same source
+/// places.
 pub(crate) fn written(overrides: &Overrides) -> String {
     let mut text = String::new();
     let mut write = |kind: char, Override { name, value, place }: &Override| {

@@ -1,24 +1,24 @@
 //! [`Done`]: the work that answers took.
 
-/// Counts of the work that answers took. Cached results do not count.
+/// Counts of the work that a session did for its answers. Results taken from caches are not counted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Done {
-    /// Files that were read, unsaved texts included.
+    /// Files that were read, including unsaved texts.
     pub read: usize,
-    /// Texts that were parsed as documents.
+    /// Files and other texts that were parsed as JSON documents.
     pub parsed: usize,
-    /// Texts that were compared with the one before, token by token, and are the same document.
+    /// Changed documents that were compared with their previous text, token by token.
     pub compared: usize,
-    /// Documents that were composed of their files.
+    /// Pipelines that were composed from their files.
     pub composed: usize,
-    /// Templates that were read into a set.
+    /// Shader templates that were read into a template set.
     pub templates: usize,
-    /// Configurations that were loaded.
+    /// Configurations of pipelines that were loaded, as the step before planning.
     pub loaded: usize,
-    /// Plans that were made.
+    /// Plans that were made, one per configuration.
     pub planned: usize,
-    /// Shader variants that were rendered.
+    /// Shader variants that were generated from templates.
     pub rendered: usize,
     /// Sets of shader variants that were validated.
     pub proven: usize,

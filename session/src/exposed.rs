@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 use crate::graph::diagnostic::{Diagnostic, Diagnostics, Place, codes, list_of};
 use crate::graph::document::{Document, Entry, Kind, Value};
 
-/// The document with resources that are exposed; a name that no resource has is a diagnostic.
+/// Returns the document with `"exposed": true` in the named resources. Adds a diagnostic for each unknown name.
 pub(crate) fn exposing<'d>(
     document: &'d Document,
     exposed: &BTreeSet<String>,

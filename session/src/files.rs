@@ -18,11 +18,11 @@ use crate::tokens::{Token, are_alike, moved, tokens};
 
 /// The storage that a session reads files from, such as a disk or the memory of a web page.
 pub trait Storage: Send {
-    /// Reads and registers the text at a path. A path named by a document must lie below `roots`. A path named by the
-    /// host comes with `None` and may lie anywhere.
+    /// Reads and registers the text at a path. A path that a document names must lie below `roots`. For a path that the
+    /// host names, `roots` is `None`, and the path may lie anywhere.
     ///
     /// # Errors
-    /// A file that does not exist, may not be read, or is not text.
+    /// Returns a diagnostic if the file does not exist, may not be read, or is not text.
     fn read(
         &mut self,
         path: &Path,
@@ -30,12 +30,13 @@ pub trait Storage: Send {
         sources: &mut Sources,
     ) -> Result<FileId, Diagnostic>;
 
-    /// Returns `true` if a document may read this path.
+    /// Returns `true` if a document with these root folders may read a path.
     fn may_read(&self, _path: &Path, _roots: &Roots) -> bool {
         true
     }
 
-    /// Whether names that begin with a word and `:` are names of this storage, and no paths of folders.
+    /// Returns `true` if names that begin with this scheme and `:`, such as `umbragraph:effects/taa.json`, are files of
+    /// the storage instead of relative paths.
     fn has_scheme(&self, _scheme: &str) -> bool {
         false
     }
@@ -49,13 +50,13 @@ pub trait Storage: Send {
 /// The role in which a file is read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Role {
-    /// A document: comments and layout mean nothing.
+    /// A JSON document, in which comments and layout have no meaning.
     Document,
-    /// A template: every character counts.
+    /// A shader template, in which every character matters.
     Template,
 }
 
-/// A file that was read or looked for.
+/// A file that was read, or searched for and not found, with the revision of its text at that time.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Read {
     pub(crate) path: PathBuf,
@@ -69,17 +70,17 @@ pub(crate) struct FileTable {
     paths: HashMap<FileId, PathBuf>,
     settled: Sources,
     current: Sources,
-    /// Texts that are no files, by name.
+    /// Registered texts that are not files, by name.
     texts: HashMap<String, Vec<FileId>>,
     revision: u64,
 }
 
-/// An unsaved text.
+/// An unsaved text that replaces the content of a file.
 struct Overlay {
-    /// The path by which it was given.
+    /// The path under which the text was given.
     path: PathBuf,
     bytes: Arc<[u8]>,
-    /// A further path by which it was given.
+    /// A different path to the same file, under which an unsaved text was given before; `None` if there is none.
     again: Option<PathBuf>,
 }
 
@@ -90,11 +91,12 @@ struct Known {
     slot: Option<FileId>,
     failure: Option<Diagnostic>,
     revision: u64,
-    /// The settled text as far as it is understood, once that was asked for.
+    /// The document parsed from the settled text, which cached results are based on; `None` until the document is
+    /// needed.
     parsed: Option<Parsed>,
-    /// The tokens of the settled text, once they were asked for.
+    /// The tokens of the settled text, which cached results are based on; `None` until the tokens are needed.
     tokens: Option<Vec<Token>>,
-    /// The tokens of the current text, where that is another.
+    /// The tokens of the current text if its comments or layout differ from the settled text; otherwise `None`.
     moved: Option<Vec<Token>>,
 }
 
@@ -124,17 +126,17 @@ impl FileTable {
         }
     }
 
-    /// The texts that documents and results were made of.
+    /// The settled texts, which cached documents and results are based on.
     pub(crate) fn settled(&self) -> &Sources {
         &self.settled
     }
 
-    /// The texts as they are.
+    /// The current texts. Documents may differ from the settled texts in comments and layout.
     pub(crate) fn current(&self) -> &Sources {
         &self.current
     }
 
-    /// Lets something add texts to the settled ones, and this table with them.
+    /// Calls `work` with this table and its settled texts. Texts that `work` adds become current texts as well.
     pub(crate) fn with_sources<T>(&mut self, work: impl FnOnce(&mut Self, &mut Sources) -> T) -> T {
         let sources = std::mem::take(&mut self.settled);
         let mut lent = Lent { files: self, sources };
@@ -145,7 +147,7 @@ impl FileTable {
         self.storage.has_scheme(scheme)
     }
 
-    /// Registers a text that is no file; the same one is registered once.
+    /// Registers a text that is not a file. The same name and text are registered only once.
     pub(crate) fn text(&mut self, name: &str, text: &str, sources: &mut Sources) -> FileId {
         let known = self.texts.entry(name.to_owned()).or_default();
         let is_it = |file: &&FileId| sources.get(**file).is_some_and(|file| **file.text() == *text);
@@ -157,7 +159,7 @@ impl FileTable {
         file
     }
 
-    /// Reads a path, unless it is known.
+    /// Reads the file at a path, or returns the known file if it was read before.
     pub(crate) fn read(
         &mut self,
         path: &Path,
@@ -186,7 +188,7 @@ impl FileTable {
         self.fetch(path, identity, roots.cloned(), role, sources, done)
     }
 
-    /// The path by which one of some reads has a file.
+    /// Returns the path in `reads` that leads to the same file as `path`; `None` if there is none.
     pub(crate) fn path_among(&self, path: &Path, reads: &[Read]) -> Option<PathBuf> {
         if reads.iter().any(|read| read.path == path) {
             return Some(path.to_owned());
@@ -200,17 +202,18 @@ impl FileTable {
         self.known.get(path).is_some_and(|known| known.failure.is_none())
     }
 
-    /// The number of the text of a path; it is the same for as long as the path says the same.
+    /// Returns the revision number of a path's settled text, which changes when results must be made again; 0 if the
+    /// path is unknown.
     pub(crate) fn revision(&self, path: &Path) -> u64 {
         self.known.get(path).map_or(0, |known| known.revision)
     }
 
-    /// Whether files say what they said when they were read.
+    /// Returns `true` if all files still have the revision that they had when they were read.
     pub(crate) fn are_unchanged(&self, reads: &[Read]) -> bool {
         reads.iter().all(|read| self.revision(&read.path) == read.revision)
     }
 
-    /// The document of a slot's settled text.
+    /// Returns the document of a file's settled text, or the diagnostics if the text is invalid.
     pub(crate) fn document(
         &mut self,
         file: FileId,
@@ -220,7 +223,7 @@ impl FileTable {
         self.parsed(file, sources, done, |parsed| parsed.clone().valid())
     }
 
-    /// The understood part of a slot's settled text.
+    /// Calls `answer` with the document parsed from a file's settled text, even if parts of the text are invalid.
     pub(crate) fn parsed<T>(
         &mut self,
         file: FileId,
@@ -238,7 +241,7 @@ impl FileTable {
         }
     }
 
-    /// Lays an unsaved text over a path; `None` takes it away.
+    /// Sets the unsaved text of a path; `None` removes it.
     pub(crate) fn overlay(&mut self, path: &Path, bytes: Option<Arc<[u8]>>, done: &mut Done) {
         let identity = self.storage.identity(path);
         match bytes {
@@ -257,7 +260,7 @@ impl FileTable {
         self.changed(&identity, done);
     }
 
-    /// Reads the paths to a file again.
+    /// Reads a file again, under all known paths that lead to it.
     pub(crate) fn changed(&mut self, path: &Path, done: &mut Done) {
         let identity = self.storage.identity(path);
         let is_it = |known: &Known| known.identity == identity;
@@ -266,7 +269,7 @@ impl FileTable {
         paths.iter().for_each(|path| self.again(path, done));
     }
 
-    /// Reads everything again.
+    /// Reads all known files again.
     pub(crate) fn refresh(&mut self, done: &mut Done) {
         let paths: Vec<PathBuf> = self.known.keys().cloned().collect();
         paths.iter().for_each(|path| self.again(path, done));
@@ -377,7 +380,7 @@ impl FileTable {
         known.answer()
     }
 
-    /// Maps a place in settled texts to the current ones; `None` if it has no counterpart.
+    /// Maps a source range in a settled text to the current text; `None` if it has no counterpart.
     pub(crate) fn place(&self, span: Span) -> Option<Span> {
         let known = self.paths.get(&span.file).and_then(|path| self.known.get(path));
         match known.and_then(|known| Some((known.tokens.as_ref()?, known.moved.as_ref()?))) {
@@ -386,7 +389,7 @@ impl FileTable {
         }
     }
 
-    /// Settles the current texts of files, so that everything made of them is made again.
+    /// Replaces the settled texts of files by their current texts, so that results based on these files are made again.
     pub(crate) fn settle(&mut self, reads: &[Read]) {
         for Read { path, .. } in reads {
             let Some(known) = self.known.get_mut(path) else { continue };
@@ -399,7 +402,7 @@ impl FileTable {
         }
     }
 
-    /// Diagnostics about unsaved texts that are given twice, and about files that were read by two paths.
+    /// Returns warnings about files that were read under two paths, or have unsaved texts under two paths.
     pub(crate) fn twins(&self, reads: &[Read]) -> Diagnostics {
         let mut first: BTreeMap<&Path, &Path> = BTreeMap::new();
         let mut diagnostics = Diagnostics::new();
@@ -434,7 +437,7 @@ impl FileTable {
     }
 }
 
-/// The settled texts while something adds to them. They go back to their table after a panic, too.
+/// The settled texts of a table, lent to a function. They return to the table on drop, even after a panic.
 struct Lent<'f> {
     files: &'f mut FileTable,
     sources: Sources,
@@ -447,7 +450,7 @@ impl Drop for Lent<'_> {
     }
 }
 
-/// Adds what others have more.
+/// Adds to `sources` the texts that only `others` has.
 fn add_new(sources: &mut Sources, others: &Sources) {
     let known = sources.iter().count();
     for (_, file) in others.iter().skip(known) {

@@ -19,10 +19,11 @@ use crate::graph::source::{FileId, Sources};
 use crate::graph::{CheckOptions, CheckReport, check_sharing};
 use crate::templates::Templates;
 
-/// Plans of this many configurations are kept of one pipeline.
+/// The maximum number of plans, one per configuration, that are cached for one pipeline.
 const KEPT: usize = 8;
 
-/// A pipeline as its files were at one time. Clones are the same.
+/// A pipeline composed from its files as they were at one moment, with the shader templates for planning it. Clones
+/// share their data.
 #[derive(Clone, Debug)]
 pub struct Loaded(Arc<Inner>);
 
@@ -34,20 +35,20 @@ struct Inner {
     plans: Mutex<Vec<Planned>>,
 }
 
-/// One configuration of a pipeline, as far as its diagnostics allow. Clones are the same.
+/// The results of planning one configuration of a pipeline, as far as errors allow.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Planned {
-    /// Pipeline, graph and plan.
+    /// The typed pipeline, its pass graph and the plan. Each is `None` if errors prevent it.
     pub report: CheckReport,
-    /// The diagnostics of this configuration, besides those of [`Loaded`].
+    /// The diagnostics of this configuration, besides those of [`Loaded::diagnostics`].
     pub diagnostics: Diagnostics,
     configuration: Configuration,
     options: PlanOptions,
 }
 
 impl PartialEq for Loaded {
-    /// Whether both are of one load.
+    /// Returns `true` if both are clones of the same load.
     fn eq(&self, other: &Self) -> bool {
         Arc::ptr_eq(&self.0, &other.0)
     }
@@ -70,55 +71,55 @@ impl Loaded {
         &self.0.templates
     }
 
-    /// The registered node kinds.
+    /// The node kinds that the pipeline can use.
     pub fn registry(&self) -> &Registry {
         &self.0.registry
     }
 
-    /// The document with what its files replaced of one another; `None` where they are too broken for one.
+    /// The composed document, with the places of values that files overrode. `None` if a file is broken or missing.
     pub fn composed(&self) -> Option<&Arc<Composed>> {
         self.0.composition.composed.as_ref()
     }
 
-    /// The composed document.
+    /// The document composed from the pipeline's files; `None` if a file is broken or missing.
     pub fn document(&self) -> Option<&Document> {
         self.composed().map(|composed| &composed.document)
     }
 
-    /// The understood part of the files, broken ones too; `None` where the first of them cannot be read.
+    /// The composed document without its broken and missing parts; `None` if the first file cannot be read.
     pub fn understood(&self) -> Option<&Arc<Composed>> {
         self.0.composition.understood.as_ref()
     }
 
-    /// The index of all names and strings of the document, by which they are looked up; `None` if the document could not
-    /// be composed.
+    /// The index of all declarations and strings in the document of [`Loaded::understood`]. `None` if the first file
+    /// cannot be read.
     pub fn model(&self) -> Option<&Model> {
         self.0.composition.model()
     }
 
-    /// The set of all templates.
+    /// The set of all shader templates that the session had when it loaded the pipeline.
     pub fn templates(&self) -> &Arc<TemplateSet> {
         &self.0.templates.set
     }
 
-    /// The texts that the pipeline was loaded from.
+    /// The contents of the files, as they were when the pipeline was loaded.
     pub fn sources(&self) -> &Sources {
         &self.0.composition.sources
     }
 
-    /// The paths that were read or looked for.
+    /// The paths of the files that were read, or searched for and not found. Shader templates are not included.
     pub fn paths(&self) -> impl Iterator<Item = &Path> {
         self.0.composition.reads.iter().map(|read| read.path.as_path())
     }
 
-    /// The diagnostics of the templates and of the files.
+    /// The diagnostics of the shader templates and of composing the pipeline's files.
     pub fn diagnostics(&self) -> Diagnostics {
         let mut diagnostics = self.0.templates.diagnostics.clone();
         diagnostics.extend(self.0.composition.diagnostics.clone());
         diagnostics
     }
 
-    /// Its files in the order in which they were read, those of templates first.
+    /// Returns the files in the order in which they were read, those of shader templates first.
     pub(crate) fn files(&self) -> impl Iterator<Item = FileId> + '_ {
         self.0.templates.files.iter().chain(&self.0.composition.files).copied()
     }
@@ -186,7 +187,7 @@ impl Loaded {
 }
 
 impl Planned {
-    /// Replaces sizes in a plan that otherwise stays as it is.
+    /// Plans the configuration again with other options. If only sizes differ, the rest of the plan is reused.
     fn resized(self, options: &PlanOptions, sources: &Sources) -> Self {
         let Self { mut report, mut diagnostics, configuration, .. } = self;
         report.plan = match report.plan_again(options, sources) {

@@ -6,7 +6,7 @@ use crate::files::FileTable;
 use crate::graph::diagnostic::{Diagnostic, Diagnostics, Place};
 use crate::graph::source::FileId;
 
-/// Moves the places of diagnostics to the current texts; `None` where one has no counterpart there.
+/// Moves the places of diagnostics to the current texts; `None` if a place has no counterpart in the current text.
 pub(crate) fn moved(diagnostics: &Diagnostics, files: &FileTable) -> Option<Diagnostics> {
     diagnostics.iter().map(|diagnostic| moved_one(diagnostic.clone(), files)).collect()
 }
@@ -24,7 +24,7 @@ fn moved_one(mut diagnostic: Diagnostic, files: &FileTable) -> Option<Diagnostic
     Some(diagnostic)
 }
 
-/// Sorts by place as if the files had been read in this order, whatever was read before them in a session.
+/// Sorts diagnostics by place, with the files in the given order. Files that are not listed come last.
 pub(crate) fn sort(diagnostics: &mut Diagnostics, files: impl Iterator<Item = FileId>) {
     let mut ranks: HashMap<FileId, usize> = HashMap::new();
     for file in files {

@@ -24,22 +24,23 @@ use crate::places;
 use crate::survey::{Judges, Survey, Surveyed, survey};
 use crate::templates::{Template, Templates};
 
-/// Files, caches, and answers about pipelines. See the [crate](crate).
+/// The files of pipelines, with cached results and answers to requests about them. See the [crate
+/// documentation](crate).
 pub struct Session {
     pub(crate) files: FileTable,
     registry: Arc<Registry>,
     roots: Roots,
     list: Vec<Template>,
-    /// Whether the list is another than the one that was read.
+    /// Whether the list of templates has changed since the templates were read.
     has_other_list: bool,
-    /// Diagnostics of the host's own mistakes, such as a folder that is not there.
+    /// Diagnostics that are added to those of every pipeline, such as about a missing folder.
     always: Diagnostics,
     templates: Option<Arc<Templates>>,
     loads: BTreeMap<Target, Loaded>,
     surveys: BTreeMap<Target, (Loaded, String, Option<Surveyed>)>,
     pub(crate) done: Done,
     cancel: Cancel,
-    /// The schemas of kinds of files, as far as they were asked for.
+    /// The JSON schemas of the kinds of files that were needed so far.
     pub(crate) schemas: Vec<(FileKind, Arc<Json>)>,
 }
 
@@ -49,11 +50,12 @@ impl std::fmt::Debug for Session {
     }
 }
 
-/// Pipelines of which the last load is kept.
+/// The maximum number of pipelines whose last load is cached. A load beyond it clears the cache first.
 const KEPT: usize = 64;
 
 impl Session {
-    /// A session over files, with the node kinds and the templates of its pipelines.
+    /// Creates a session that reads files from `storage`. Its pipelines can use the node kinds in `registry` and the
+    /// shader templates in `templates`.
     pub fn new(storage: impl Storage + 'static, registry: Registry, templates: Vec<Template>) -> Self {
         Self {
             files: FileTable::new(Box::new(storage)),
@@ -71,41 +73,42 @@ impl Session {
         }
     }
 
-    /// Folders below which documents may name files, besides the working folder and their own.
+    /// Sets the folders below which documents may name files, besides the working folder and the document's own folder.
     pub fn set_roots(&mut self, folders: &[PathBuf]) {
         self.roots = folders.iter().fold(Roots::default(), |roots, folder| roots.and(folder));
         self.loads.clear();
     }
 
-    /// Sets the templates: those of folders in which files came or went. Modules of shaders stay if the names are the
-    /// same.
+    /// Sets the list of shader templates, such as after files were added to a template folder. Compiled modules of
+    /// unchanged templates are kept if the names in the list are the same.
     pub fn set_templates(&mut self, templates: Vec<Template>) {
         self.has_other_list |= self.list != templates;
         self.list = templates;
     }
 
-    /// Adds these diagnostics, in place of those before, to the ones of every pipeline: that a folder is not there, for
-    /// one.
+    /// Sets diagnostics that are added to those of every pipeline, such as about a missing folder. Replaces the
+    /// diagnostics of an earlier call.
     pub fn report_always(&mut self, diagnostics: impl IntoIterator<Item = Diagnostic>) {
         self.always = diagnostics.into_iter().collect();
     }
 
-    /// Lays an unsaved text over a path, whether or not a file is there.
+    /// Sets the unsaved text of a path, which the session uses instead of the file's content. The file need not exist.
     pub fn overlay(&mut self, path: impl AsRef<Path>, text: impl Into<Arc<[u8]>>) {
         self.files.overlay(path.as_ref(), Some(text.into()), &mut self.done);
     }
 
-    /// Drops the unsaved text of a path.
+    /// Removes the unsaved text of a path, so that the session uses the file's content again.
     pub fn close(&mut self, path: impl AsRef<Path>) {
         self.files.overlay(path.as_ref(), None, &mut self.done);
     }
 
-    /// Reads a file again, if an answer needed it.
+    /// Reads a changed file again. Does nothing if no answer has needed the file yet.
     pub fn changed(&mut self, path: impl AsRef<Path>) {
         self.files.changed(path.as_ref(), &mut self.done);
     }
 
-    /// Reads the files of one pipeline again.
+    /// Reads all files of one pipeline again, except shader templates. Does nothing if the pipeline has not been
+    /// loaded.
     pub fn refresh_target(&mut self, target: &Target) {
         let reads = self.loads.get(target).map(|loaded| loaded.composition().reads.clone());
         for Read { path, .. } in reads.into_iter().flatten() {
@@ -113,7 +116,7 @@ impl Session {
         }
     }
 
-    /// Reads all files again that answers needed, and looks again for those that were not there.
+    /// Reads again all files that answers have needed, including those that did not exist.
     pub fn refresh(&mut self) {
         self.files.refresh(&mut self.done);
     }
@@ -128,26 +131,27 @@ impl Session {
         std::mem::take(&mut self.done)
     }
 
-    /// The registered node kinds.
+    /// The node kinds that pipelines of this session can use.
     pub fn registry(&self) -> &Registry {
         &self.registry
     }
 
-    /// The texts as they are: the places of diagnostics are in these.
+    /// The current texts of all files. The source places of diagnostics refer to these texts.
     pub fn sources(&self) -> &Sources {
         self.files.current()
     }
 
-    /// Registers a text that is no file, such as one of the command line; the same one is registered once.
+    /// Registers a text that is not a file, such as a command-line argument, and returns its source range. The same
+    /// name and text are registered only once.
     pub fn text(&mut self, name: &str, text: &str) -> Span {
         let file = self.files.with_sources(|files, sources| files.text(name, text, sources));
         Span::new(file, 0..text.len())
     }
 
-    /// The document of one file, as it is written.
+    /// Returns the document of one file, not composed with other files.
     ///
     /// # Errors
-    /// A file that cannot be read, or is no document.
+    /// Returns diagnostics if the file cannot be read or is not a valid document.
     pub fn document(&mut self, path: &Path) -> Result<Document, Diagnostics> {
         self.files.settle(&[Read { path: path.to_owned(), revision: 0 }]);
         let done = &mut self.done;
@@ -162,17 +166,17 @@ impl Session {
         self.files.has_read(path)
     }
 
-    /// The set of all templates.
+    /// Returns the set of all shader templates. Reads the templates first if they are new or have changed.
     pub fn templates(&mut self) -> Arc<TemplateSet> {
         self.read_templates().set.clone()
     }
 
-    /// The diagnostics of the templates.
+    /// Returns the diagnostics of the shader templates, such as syntax errors and duplicate names.
     pub fn template_diagnostics(&mut self) -> Diagnostics {
         self.read_templates().diagnostics.clone()
     }
 
-    /// The files of the templates that are in no library.
+    /// Returns the files of the shader templates that belong to no library.
     pub fn own_templates(&mut self) -> std::collections::BTreeSet<FileId> {
         self.read_templates().own.clone()
     }
@@ -190,11 +194,11 @@ impl Session {
         }
     }
 
-    /// Reads and composes the files of a pipeline, if one of them changed. Comments may have: places in what is loaded
-    /// are in [`Loaded::sources`].
+    /// Reads and composes the files of a pipeline, or returns the previous load if none of them changed. Changes that
+    /// only affect comments and layout do not count, so source places of the result refer to [`Loaded::sources`].
     ///
     /// # Errors
-    /// [`Cancel::set`].
+    /// Returns [`Cancelled`] after [`Cancel::set`].
     pub fn load(&mut self, target: &Target) -> Result<Loaded, Cancelled> {
         self.cancel.check()?;
         let templates = self.read_templates();
@@ -219,10 +223,11 @@ impl Session {
         Ok(loaded)
     }
 
-    /// Like [`Session::load`], with places in the texts as they are.
+    /// Loads a pipeline like [`Session::load`], but loads again after changes of comments and layout too. Source places
+    /// of the result refer to the current texts.
     ///
     /// # Errors
-    /// [`Cancel::set`].
+    /// Returns [`Cancelled`] after [`Cancel::set`].
     pub fn load_exactly(&mut self, target: &Target) -> Result<Loaded, Cancelled> {
         let loaded = self.load(target)?;
         self.files.settle(&loaded.composition().reads);
@@ -232,7 +237,7 @@ impl Session {
     /// Returns the diagnostics of a pipeline's files and of the templates, with places in the current texts.
     ///
     /// # Errors
-    /// [`Cancel::set`].
+    /// Returns [`Cancelled`] after [`Cancel::set`].
     pub fn diagnose(&mut self, target: &Target) -> Result<Diagnostics, Cancelled> {
         self.placed(target, |_, _| Ok(((), Diagnostics::new()))).map(|((), _, diagnostics)| diagnostics)
     }
@@ -240,7 +245,7 @@ impl Session {
     /// Plans one configuration of a pipeline. Diagnostics are placed in the current texts.
     ///
     /// # Errors
-    /// [`Cancel::set`].
+    /// Returns [`Cancelled`] after [`Cancel::set`].
     pub fn plan(&mut self, target: &Target, choice: &Choice) -> Result<(Planned, Diagnostics), Cancelled> {
         let (planned, _, diagnostics) = self.placed(target, |session, loaded| {
             let planned = loaded.plan_with(choice, session.files.settled(), &mut session.done);
@@ -251,11 +256,12 @@ impl Session {
         Ok((planned, diagnostics))
     }
 
-    /// Plans all configurations of a pipeline and proves their shaders. Diagnostics are placed in the current texts.
-    /// `None` for files that are no document, and without profiles.
+    /// Plans all configurations of a pipeline and validates their shader variants. `judges` adds further checks of each
+    /// plan. Diagnostics are placed in the current texts. The result is `None` if a file is broken or missing, or if
+    /// `asked` has no profiles.
     ///
     /// # Errors
-    /// [`Cancel::set`].
+    /// Returns [`Cancelled`] after [`Cancel::set`].
     pub fn check(
         &mut self,
         target: &Target,
@@ -281,11 +287,12 @@ impl Session {
         Ok((surveyed, diagnostics))
     }
 
-    /// The reasons for what has a name, as the texts say it now. `place` is where the name is asked for.
+    /// Explains every part of a pipeline that has the given name, with places in the current texts. `place` is the
+    /// source range of the request, at which an unknown name is reported.
     ///
     /// # Errors
-    /// [`Cancel::set`]. Within the answer: a name that nothing has; nothing but the diagnostics of [`Session::plan`]
-    /// where the files are no document.
+    /// Returns [`Cancelled`] after [`Cancel::set`]. The inner result is an error if the name does not exist. If a file
+    /// is broken or missing, it has the diagnostics of [`Session::plan`].
     pub fn why(
         &mut self,
         target: &Target,
@@ -300,8 +307,8 @@ impl Session {
         Ok(why(&subject, name, place).map_err(|diagnostic| Diagnostics::from(*diagnostic)))
     }
 
-    /// Loads, does something with it, and places all diagnostics in the texts as they are. Where one has no place
-    /// there, all is done again with those texts.
+    /// Loads a pipeline, calls `work`, and moves the places of all diagnostics to the current texts. If a place has no
+    /// counterpart there, loads the current texts and calls `work` again.
     fn placed<T>(
         &mut self,
         target: &Target,

@@ -16,10 +16,10 @@ use crate::graph::{CheckOptions, Coverage, Examination, Verify, check_configurat
 use crate::loaded::Loaded;
 use crate::templates::{Proof, Reached};
 
-/// Further checks of the plans for a profile, such as a dry run.
+/// A function that returns, for a target profile, a further check of each plan, such as a dry run on a device.
 pub type Judges<'a> = &'a mut dyn FnMut(&TargetProfile) -> Box<dyn FnMut(&Arc<Plan>) -> Diagnostics>;
 
-/// Sets of variants whose proofs are kept.
+/// The maximum number of sets of shader variants whose validation results are cached.
 const KEPT_PROOFS: usize = 16;
 
 /// The settings of a check of all configurations of a pipeline.
@@ -28,11 +28,11 @@ const KEPT_PROOFS: usize = 16;
 pub struct Survey {
     /// The target profiles to check.
     pub profiles: Vec<TargetProfile>,
-    /// Values that every configuration has.
+    /// Values of parameters and features that all checked configurations have in common.
     pub overrides: Overrides,
-    /// The options of the plans.
+    /// The options of the plans, such as the viewport size.
     pub plan: PlanOptions,
-    /// Whether only the configuration of the overrides is checked.
+    /// Whether only one configuration is checked, with the values of `overrides`; `false` checks all.
     pub only_one: bool,
     /// An independent algorithm that verifies each plan; `None` skips this.
     pub verify: Option<Verify>,
@@ -47,19 +47,19 @@ impl Survey {
         Self { profiles, overrides, plan, only_one: false, verify: None, threads: 1 }
     }
 
-    /// Sets values that every configuration has.
+    /// Sets the values of parameters and features that all checked configurations have in common.
     #[must_use]
     pub fn overrides(self, overrides: Overrides) -> Self {
         Self { overrides, ..self }
     }
 
-    /// Whether only the configuration of these values is checked.
+    /// Sets whether only one configuration is checked, with the values of the overrides; `false` checks all.
     #[must_use]
     pub fn only_one(self, only_one: bool) -> Self {
         Self { only_one, ..self }
     }
 
-    /// Sets a second algorithm that checks each plan.
+    /// Sets an independent algorithm that verifies each plan; `None` skips this.
     #[must_use]
     pub fn verify(self, verify: Option<Verify>) -> Self {
         Self { verify, ..self }
@@ -82,21 +82,21 @@ impl Survey {
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Surveyed {
-    /// Variants, violations and remarks; of profiles together.
+    /// The coverage of the first profile, with the shader variants and verifier violations of all profiles.
     pub coverage: Coverage,
-    /// The configurations of the profile with the most.
+    /// The checked configurations of one profile: the one that has the most of them.
     pub configurations: Configurations,
-    /// The names of the profiles.
+    /// The names of the checked target profiles.
     pub profiles: Vec<String>,
-    /// The number of configurations that differ in their shaders or passes, with all values of parameters; `None` if
-    /// only one configuration was requested.
+    /// The number of configurations of the first profile that can differ in their shaders or passes, over all values of
+    /// parameters and features. `None` if only one configuration was requested.
     pub reachable: Option<Count>,
-    /// The diagnostics, besides those of [`Loaded`].
+    /// The diagnostics of the check, besides those of [`Loaded::diagnostics`].
     pub diagnostics: Diagnostics,
 }
 
-/// Plans a pipeline in every configuration for each profile, and proves its shaders; `None` for files that are no
-/// document, and without profiles.
+/// Plans a pipeline in every configuration for each profile, and validates its shader variants. Returns `None` if a
+/// file of the pipeline is broken or missing, or if there are no profiles.
 pub(crate) fn survey(
     loaded: &Loaded,
     survey: &Survey,
@@ -167,7 +167,7 @@ pub(crate) fn survey(
     Ok(Some(Surveyed { coverage, configurations: widest, profiles, reachable, diagnostics: found.all }))
 }
 
-/// Diagnostics; what holds for several profiles is said once.
+/// Diagnostics without duplicates: a diagnostic that several profiles have in common is kept once.
 #[derive(Default)]
 struct New {
     all: Diagnostics,
@@ -183,8 +183,9 @@ impl New {
     }
 }
 
-/// Holds shader variants to the limits of each profile whose configurations reach them, and to the writers of its
-/// language. A feature that a profile lacks is off there, and so are the variants that only it reaches.
+/// Validates shader variants for every profile whose configurations use them: checks the profile's limits, and
+/// translates the variants to its shading language. Features that a profile lacks are off, so variants that need them
+/// are not validated for it.
 fn proven(
     loaded: &Loaded,
     variants: &Reached,

@@ -11,55 +11,57 @@ use crate::graph::diagnostic::Diagnostics;
 use crate::graph::shader::{AxisValues, ShaderCache, TargetProfile, TemplateSet};
 use crate::graph::source::FileId;
 
-/// A template, or the axes beside one, and where its text is. One that is in no library takes the place of one of its
-/// name that is; otherwise a name that is given twice is a diagnostic.
+/// A shader template, or the axis declarations of one, by name and source. A template outside libraries replaces the
+/// library template of the same name. Any other duplicate name is reported as a diagnostic.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Template {
     /// The name by which other templates include this one.
     pub name: String,
-    /// The text.
+    /// The source of the template's content.
     pub text: TemplateText,
 }
 
-/// The source of a template's text.
+/// The source of a template's content.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum TemplateText {
-    /// A template in a file, below some roots.
+    /// A file, which must lie below one of some root folders.
     File {
-        /// The path.
+        /// The path of the file.
         path: PathBuf,
         /// The folders below which the file must lie.
         roots: Roots,
     },
     /// A text in memory.
     Text(Arc<str>),
-    /// A template of a library. Its bindings give way to those of the others; diagnostics show it below a folder.
+    /// A text in memory that belongs to a library. Its bindings get other numbers if they collide with those of other
+    /// templates.
     Library {
-        /// The folder.
+        /// The folder that diagnostics show before the template's name.
         folder: &'static str,
-        /// The text.
+        /// The content of the template.
         text: &'static str,
     },
 }
 
-/// Templates that were read, with the shader modules made of them.
+/// The shader templates of a session as they were read, with cached shader modules and validation results.
 #[derive(Debug)]
 pub(crate) struct Templates {
     pub(crate) set: Arc<TemplateSet>,
     pub(crate) diagnostics: Diagnostics,
-    /// Their files, in the order in which they were read.
+    /// The files of the templates, in the order in which they were read.
     pub(crate) files: Vec<FileId>,
-    /// The files of those that are in no library.
+    /// The files of the templates that belong to no library.
     pub(crate) own: BTreeSet<FileId>,
     reads: Vec<Read>,
     shaders: Mutex<Vec<Arc<ShaderCache>>>,
     pub(crate) proofs: Mutex<Vec<Proof>>,
 }
 
-/// Shader variants, as template and values, and the positions of the profiles whose configurations reach each.
+/// Shader variants, by template name and axis values, each with the indices of the profiles whose configurations use
+/// it.
 pub(crate) type Reached = BTreeMap<(String, AxisValues), Vec<usize>>;
 
-/// Shader variants that were proven for some profiles, and the diagnostics.
+/// The result of validating shader variants for target profiles: the inputs, and the diagnostics.
 #[derive(Clone, Debug)]
 pub(crate) struct Proof {
     pub(crate) variants: Reached,
@@ -68,7 +70,7 @@ pub(crate) struct Proof {
 }
 
 impl Templates {
-    /// Reads the templates, and takes over what is known of those that are as they were before.
+    /// Reads the templates in a list. Keeps the cached results of `before` for templates that have not changed since.
     pub(crate) fn read(
         list: &[Template],
         before: Option<&Self>,
@@ -116,7 +118,7 @@ impl Templates {
         Self { set, diagnostics, files, own, reads, shaders, proofs }
     }
 
-    /// The modules and proofs that hold for another set as well.
+    /// Returns the shader modules and successful validation results of templates that are unchanged in another set.
     fn kept(&self, set: &Arc<TemplateSet>) -> (Vec<Arc<ShaderCache>>, Vec<Proof>) {
         let unchanged = set.unchanged_since(&self.set);
         let carried = |one: &Arc<ShaderCache>| Arc::new(ShaderCache::carrying(one, set, &unchanged));
@@ -133,7 +135,7 @@ impl Templates {
         files.are_unchanged(&self.reads)
     }
 
-    /// The shader modules for a profile.
+    /// Returns the cache of shader modules for a target profile; creates the cache at the first call.
     pub(crate) fn shaders(&self, profile: &TargetProfile) -> Arc<ShaderCache> {
         let mut all = self.shaders.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(known) = all.iter().find(|known| known.profile() == profile) {

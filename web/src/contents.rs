@@ -12,7 +12,7 @@ use umbragraph::low_level::capture::{self, Capture};
 use umbragraph::low_level::sheet::{Content, Range, Sheet, sheet};
 use wasm_bindgen::prelude::wasm_bindgen;
 
-/// A picture of the texels of a texture, and their channel values. Layers lie side by side.
+/// A picture of the texels of one mip level of a texture, and their channel values. Layers lie side by side.
 #[wasm_bindgen]
 pub struct Contents {
     sheet: Sheet,
@@ -41,17 +41,19 @@ impl Contents {
         self.mips
     }
 
-    /// The pixels of the picture, four bytes each (red, green, blue, alpha), row by row from the top.
+    /// Returns the pixels of the picture, four bytes each (red, green, blue, alpha), row by row from the top.
     pub fn rgba(&self) -> Vec<u8> {
         self.sheet.rgba(self.content, &self.ranges)
     }
 
-    /// The least and the greatest shown value of each channel; empty if values are shown as they are.
+    /// Returns two values for each channel: the value shown as black, and the value shown as white. Empty if values are
+    /// shown unscaled.
     pub fn ranges(&self) -> Vec<f32> {
         self.ranges.iter().flat_map(|range| [range.min, range.max]).collect()
     }
 
-    /// The channel values of the texel at a position in the picture; empty outside of it.
+    /// Returns the channel values of the texel at column `x` and row `y` of the picture; empty for a position outside
+    /// of the picture.
     pub fn texel(&self, x: u32, y: u32) -> Vec<f32> {
         let is_inside = x < self.sheet.width && y < self.sheet.height;
         let at = y as usize * self.sheet.width as usize + x as usize;
@@ -61,7 +63,8 @@ impl Contents {
 }
 
 impl Contents {
-    /// The contents of a texture of a plan.
+    /// Arranges captured texels as a picture. `reference` names the captured texture of `plan`, as `NAME` or
+    /// `NAME@PASS`.
     pub(crate) fn new(plan: &Plan, reference: &str, texels: &Texels) -> Self {
         let name = reference.split('@').next().unwrap_or_default();
         let content = Content::of(plan, name).unwrap_or_default();
@@ -72,20 +75,21 @@ impl Contents {
     }
 }
 
-/// A document that extends a pipeline by a copy of a texture.
+/// A generated pipeline document that extends a pipeline with a pass that copies a texture.
 pub(crate) struct Extended {
-    /// The path of the document, beside that of the pipeline.
+    /// The path of the document, in the same folder as the pipeline's document.
     pub(crate) path: String,
     pub(crate) text: String,
-    /// The imported texture that is copied to.
+    /// The name of the imported texture that receives the copy.
     pub(crate) import: String,
 }
 
 impl Extended {
-    /// The document for a texture of a plan, after a pass or at the end of the frame.
+    /// Generates the document that copies mip level `mip` of a texture of `plan`. `reference` is `NAME` for the texture
+    /// at the end of the frame, or `NAME@PASS` for the texture after a pass. `path` is the path of the pipeline.
     ///
     /// # Errors
-    /// Textures that cannot be captured.
+    /// Diagnostics if the texture cannot be captured.
     pub(crate) fn new(plan: &Plan, path: &str, reference: &str, mip: u32) -> Result<Self, Diagnostics> {
         let capture = Capture { reference: reference.to_owned(), mip };
         let document = capture::document(plan, &[capture])?;

@@ -19,8 +19,9 @@ use crate::project::Project;
 
 #[wasm_bindgen]
 impl Project {
-    /// The picture of a plan that `umbragraph graph --format svg` draws, as `svg`, and the passes of the text as
-    /// `written`; without a plan nothing but these.
+    /// Returns a JSON object: `svg` is the drawing of the plan as made by `umbragraph graph --format svg`, or `null` if
+    /// planning fails. `written` lists the passes in the pipeline's source. The parameters are those of
+    /// [`Project::plan`].
     pub fn graph(&mut self, path: &str, values: &str, width: u32, height: u32) -> String {
         let (planned, _) = self.planned(path, values, None, PlanOptions::new(width, height));
         let report = planned.as_ref().and_then(|planned| self.report(planned));
@@ -44,7 +45,8 @@ impl Project {
         json!({ "svg": svg, "written": written }).to_string()
     }
 
-    /// The places of a pass to which resources can be connected.
+    /// Returns the slots of a pass as a JSON array: the places that refer to a resource or can be connected to one.
+    /// `refused` of a slot is the reason why no other resource can be connected; `null` if one can.
     pub fn slots(&mut self, path: &str, values: &str, width: u32, height: u32, pass: &str) -> String {
         let (target, choice) = self.chosen(path, values, width, height);
         let slots = self.session.slots(&target, &choice, pass).unwrap_or_default();
@@ -52,9 +54,10 @@ impl Project {
         Value::from(slots.into_iter().map(slot).collect::<Vec<_>>()).to_string()
     }
 
-    /// The edits of a change, by file: `from` and `to` count UTF-16 code units, as editors in browsers do. With
-    /// `is_tried` the edited texts are planned, and the first error that they bring is `refused`, as is what cannot be
-    /// changed at all.
+    /// Returns the text edits that make a change of the graph, as the member `edits` of a JSON object. Each file has a
+    /// list of edits; `from` and `to` are offsets in UTF-16 code units. If the change is impossible, the object has the
+    /// member `refused` with the reason instead. If `is_tried`, the edited files are also planned, and a new error
+    /// refuses the change.
     pub fn change(
         &mut self,
         path: &str,
@@ -83,7 +86,8 @@ impl Project {
         json!({ "edits": files.collect::<Map<_, _>>() }).to_string()
     }
 
-    /// The node kinds, and the files of the page that are subgraphs, each with a description.
+    /// Returns a JSON object with all node kinds (`kinds`) and the page's files that are subgraphs (`files`), each with
+    /// a description; `null` where there is none.
     pub fn palette(&mut self) -> String {
         let schema = schema_of(FileKind::Pipeline, self.session.registry());
         let described = |kind: &str| {
@@ -120,7 +124,8 @@ impl Project {
         self.choice((path, values), None, PlanOptions::new(width, height), &mut Diagnostics::new())
     }
 
-    /// The first error that edits bring to a pipeline.
+    /// Plans a pipeline with edited files, without writing the files. Returns the first error that the original does
+    /// not have, with its help; `None` if there is none.
     fn tried(
         &mut self,
         (path, values): (&str, &str),
@@ -146,7 +151,7 @@ impl Project {
     }
 }
 
-/// A change as JSON says it.
+/// Parses a change of the graph from JSON; `None` if the JSON is not a valid change.
 fn read(change: &Value) -> Option<Change> {
     let text = |key: &str| change.get(key).and_then(Value::as_str).map(str::to_owned);
     let texts = |key: &str| {
@@ -167,7 +172,7 @@ fn read(change: &Value) -> Option<Change> {
     })
 }
 
-/// Edits as a browser's editor makes them.
+/// Converts edits of `text` to JSON for the page's editor: byte offsets become offsets in UTF-16 code units.
 fn written(text: &str, edits: &Edits) -> Value {
     let offset = |byte: usize| text.get(..byte).map_or(0, |before| before.encode_utf16().count());
     let edit = |edit: &umbragraph::low_level::edit::Edit| json!({ "from": offset(edit.range.start), "to": offset(edit.range.end), "insert": edit.replacement });

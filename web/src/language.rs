@@ -13,7 +13,7 @@ use crate::project::{Pages, library, session};
 
 type Open = Box<dyn FnOnce(&[PathBuf]) -> Session>;
 
-/// A language server whose messages are texts in JSON.
+/// A language server (LSP) for editors in a web page. Messages are JSON-RPC objects as strings.
 #[wasm_bindgen]
 pub struct Language {
     files: Pages,
@@ -28,7 +28,8 @@ impl Default for Language {
 
 #[wasm_bindgen]
 impl Language {
-    /// Waits for the client's `initialize`.
+    /// Creates a language server with the bundled templates as its only files. The server ignores messages before the
+    /// client's `initialize` request.
     #[wasm_bindgen(constructor)]
     pub fn new() -> Self {
         let files = Pages::default();
@@ -38,17 +39,19 @@ impl Language {
         Self { files, server: Texts::new(open) }
     }
 
-    /// Writes a file, as a client would to its disk: `workspace/didChangeWatchedFiles` tells of it.
+    /// Writes a file to the in-memory disk of the page. The client then sends the notification
+    /// `workspace/didChangeWatchedFiles`.
     pub fn write(&mut self, path: &str, text: &str) {
         self.files.write(&format!("/{path}"), text);
     }
 
-    /// Takes a message of the client. Returns the messages to it.
+    /// Handles a message of the client. Returns the messages to send to the client.
     pub fn handle(&mut self, message: &str) -> Vec<String> {
         self.server.handle(message)
     }
 
-    /// Plans what changed, for when no message waits. Returns the messages to the client.
+    /// Plans the pipelines that have changed; to be called when no message waits. Returns the messages with changed
+    /// diagnostics to send to the client.
     pub fn tell(&mut self) -> Vec<String> {
         self.server.tell()
     }

@@ -45,7 +45,7 @@ mod start {
         fn error(text: &str);
     }
 
-    /// Prints panics to the console.
+    /// Installs a panic hook that prints panics to the browser's console.
     #[wasm_bindgen(start)]
     fn start() {
         std::panic::set_hook(Box::new(|panic| error(&panic.to_string())));

@@ -23,7 +23,7 @@ use crate::picture::Picture;
 use crate::project::Project;
 use crate::settings;
 
-/// A device, a scene on it, and the pipeline that draws it.
+/// A WebGPU device with a scene, and the pipeline that draws the scene.
 #[wasm_bindgen]
 pub struct Painter {
     device: wgpu::Device,
@@ -37,31 +37,31 @@ pub struct Painter {
     view: View,
 }
 
-/// The scene that is shown, on the device.
+/// The current scene, its pose, and its GPU resources.
 struct Shown {
     scene: Scene,
     pose: Pose,
     draws: SceneResources,
 }
 
-/// The orbit of the camera around the middle of the scene, relative to the scene's own camera.
+/// The orbit of the viewer's camera around the center of the scene, relative to the scene's own camera.
 #[derive(Clone, Copy)]
 struct View {
-    /// The turn of the camera, to the side and up, in radians.
+    /// The angles by which the camera is rotated around the center, to the side and up, in radians.
     turn: [f64; 2],
-    /// The distance to the middle, as a multiple of the scene's camera distance.
+    /// The distance of the camera to the center, as a multiple of the distance of the scene's own camera.
     distance: f64,
 }
 
-/// The error type for the web page: a sentence, or diagnostics as readable text.
+/// An error for the web page: a message, or diagnostics as readable text.
 type Reason = String;
 
 #[wasm_bindgen]
 impl Painter {
-    /// Opens a device; pictures are shown on a canvas, if one is given.
+    /// Opens a WebGPU device. If `canvas` is given, each frame is also shown on this canvas.
     ///
     /// # Errors
-    /// A browser without WebGPU, or one that has no device for it.
+    /// A message if the browser provides no WebGPU adapter or device, or if the canvas cannot be drawn on.
     pub async fn open(canvas: Option<OffscreenCanvas>) -> Result<Painter, Reason> {
         let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
         let options = wgpu::RequestAdapterOptions::default();
@@ -97,21 +97,22 @@ impl Painter {
         })
     }
 
-    /// The name that the browser gives the adapter.
+    /// The name of the GPU adapter that the browser reports; `WebGPU` if it reports none.
     pub fn name(&self) -> String {
         self.name.clone()
     }
 
-    /// Returns the reason of a lost device; `None` while it works. A lost device draws nothing, so open another
+    /// Returns the reason why the device is lost; `None` while it works. A lost device draws nothing, so open a new
     /// painter.
     pub fn lost(&self) -> Option<String> {
         self.lost.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    /// Takes the scene of a `.glb` file.
+    /// Loads a scene from the bytes of a `.glb` file, in place of the current one. `name` is the name of the scene in
+    /// diagnostics. The current pipeline is dropped.
     ///
     /// # Errors
-    /// Diagnostics of a file that is none, as text.
+    /// Diagnostics as text, if the file is invalid or the scene needs larger buffers than the device supports.
     pub fn scene(&mut self, name: &str, bytes: &[u8]) -> Result<(), Reason> {
         let scene = from_slice(name, bytes, &NoFiles).map_err(|found| in_words(&found, &Sources::new()))?;
         let pose = scene.rest_pose();
@@ -123,8 +124,9 @@ impl Painter {
         Ok(())
     }
 
-    /// Takes a pipeline, with the values of a parameter file. The answer is that of [`Project::plan`] without a plan;
-    /// where it has errors, the pipeline before goes on.
+    /// Plans a pipeline of the project and draws with it from the next frame. The parameters and the returned JSON are
+    /// those of [`Project::plan`], but `plan` is always `null`. If there are errors, the previous pipeline stays in
+    /// use.
     pub fn pipeline(
         &mut self,
         project: &mut Project,
@@ -172,10 +174,11 @@ impl Painter {
         project.answer(diagnostics, Value::Null)
     }
 
-    /// Sets a live parameter to a value in JSON, from the next frame onwards.
+    /// Sets a live parameter of the pipeline to a JSON value, from the next frame onwards. Without a pipeline, does
+    /// nothing.
     ///
     /// # Errors
-    /// A value that the parameter does not take, in words.
+    /// A message if there is no such live parameter, or if the value is invalid for it.
     pub fn set(&mut self, name: &str, value: &str) -> Result<(), Reason> {
         let Some(picture) = &mut self.picture else { return Ok(()) };
         let value: Value = serde_json::from_str(value).map_err(|error| format!("{name}: {error}"))?;
@@ -185,16 +188,18 @@ impl Painter {
         set.map_err(|error| error.to_string())
     }
 
-    /// Moves the camera around the scene: to the side and up, in radians, and how many times as far away as the scene
-    /// has it.
+    /// Moves the camera on an orbit around the center of the scene. `side` and `up` are angles in radians; `distance`
+    /// is a multiple of the distance of the scene's own camera.
     pub fn look(&mut self, side: f64, up: f64, distance: f64) {
         self.view = View { turn: [side, up], distance };
     }
 
-    /// Draws a frame at a time in seconds, and shows it; whether there is a pipeline to draw.
+    /// Draws frame number `index` at `time` in seconds, and shows it on the canvas. Returns `false` if there is no
+    /// pipeline to draw.
     ///
     /// # Errors
-    /// Diagnostics as text, those of the device about earlier frames among them.
+    /// Diagnostics as text, including those of the device about earlier frames, or a message if the canvas has no
+    /// texture.
     pub fn frame(&mut self, index: u32, time: f64) -> Result<bool, Reason> {
         let Some(picture) = &mut self.picture else { return Ok(false) };
         let (input, draws) = posed(&self.queue, &mut self.scene, self.view, picture.size(), index, time);
@@ -206,10 +211,10 @@ impl Painter {
         Ok(true)
     }
 
-    /// The last frame's texels, four bytes each: red, green, blue, alpha, from the top.
+    /// Reads the texels of the last frame, four bytes each (red, green, blue, alpha), row by row from the top.
     ///
     /// # Errors
-    /// No frame; a lost device.
+    /// A message if no pipeline is set, or diagnostics as text if reading fails, as with a lost device.
     pub async fn read(&self) -> Result<Vec<u8>, Reason> {
         let Some(texture) = self.picture.as_ref().and_then(Picture::texture) else {
             return Err("nothing was drawn".to_owned());
@@ -218,11 +223,12 @@ impl Painter {
         bytes.map_err(|found| in_words(&found.into(), &Sources::new()))
     }
 
-    /// Draws a frame, and reads what a texture holds: `NAME`, at its end, or `NAME@PASS`, after a pass. `path` and `values`
-    /// are those that the last [`pipeline`](Self::pipeline) took.
+    /// Draws frame number `index` at `time` in seconds, and reads mip level `mip` of a texture. `reference` is `NAME`
+    /// for the texture at the end of the frame, or `NAME@PASS` for the texture after a pass. `path` and `values` must
+    /// be those of the last call of [`pipeline`](Self::pipeline).
     ///
     /// # Errors
-    /// A texture that cannot be read, in words; no frame.
+    /// Diagnostics as text, if the texture cannot be captured or read, or if no pipeline is set.
     #[allow(clippy::too_many_arguments)] // A page gives them by name.
     pub async fn contents(
         &mut self,
@@ -251,21 +257,22 @@ impl Painter {
         let _ = receiver.await;
     }
 
-    /// Opens a scope for validation errors of the device; [`Listener::rejected`] returns the error that it caught.
+    /// Opens a WebGPU error scope that catches validation errors of the device; [`Listener::rejected`] closes it and
+    /// returns the first error.
     pub fn listen(&self) -> Listener {
         Listener(Some(self.device.push_error_scope(wgpu::ErrorFilter::Validation)))
     }
 }
 
 impl Painter {
-    /// Returns the target profile of a pipeline on this device.
+    /// Returns the target profile of a pipeline, adapted to the limits and features of this device.
     fn profile(&self, pipeline: &TypedPipeline) -> TargetProfile {
         let features = pipeline.device_features() & self.device.features();
         let profile = pipeline.profile.clone().on_device(&self.device.limits(), self.flags);
         if features.is_empty() { profile } else { profile.with_features(features) }
     }
 
-    /// The plan that runs, and the texture that a frame's capture was copied to.
+    /// Draws a frame in which a texture is copied. Returns the plan in use and the copy.
     fn captured(
         &mut self,
         project: &mut Project,
@@ -288,13 +295,14 @@ impl Painter {
     }
 }
 
-/// The diagnostic of a question about a frame that there is not.
+/// The diagnostic for a capture before a pipeline is set.
 fn nothing_drawn() -> Diagnostics {
     let message = "nothing was drawn";
     Diagnostic::error(codes::CAPTURE, Place::Nowhere, message).help("wait for the first frame").into()
 }
 
-/// The input of a frame at a time, and the meshes, if there is a scene.
+/// Poses the scene at a time in seconds, and returns the input of a frame with the scene's draws. The draws are `None`
+/// without a scene.
 fn posed<'a>(
     queue: &wgpu::Queue,
     scene: &'a mut Option<Shown>,
@@ -320,13 +328,13 @@ fn posed<'a>(
     (input.index(u64::from(index)), draws)
 }
 
-/// An open error scope.
+/// An open WebGPU error scope for validation errors.
 #[wasm_bindgen]
 pub struct Listener(Option<wgpu::ErrorScopeGuard>);
 
 #[wasm_bindgen]
 impl Listener {
-    /// Closes the scope. Returns the first validation error of the device since it was opened; `None` without one.
+    /// Closes the error scope. Returns the first validation error since the scope was opened; `None` if there was none.
     pub async fn rejected(mut self) -> Option<String> {
         Some(self.0.take()?.pop().await?.to_string())
     }

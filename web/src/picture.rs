@@ -18,7 +18,7 @@ use umbragraph::{Executor, Frame};
 /// The maximum number of attempts to record a frame with the data sizes that CPU passes request.
 const ROUNDS: usize = 8;
 
-/// A pipeline that draws.
+/// A pipeline that is being drawn: its executor, its plan options, and the textures that it imports.
 pub(crate) struct Picture {
     checked: CheckReport,
     options: PlanOptions,
@@ -26,7 +26,7 @@ pub(crate) struct Picture {
     pub(crate) executor: Executor,
     name: String,
     imports: Vec<(String, wgpu::Texture)>,
-    /// The size for which the canvas is set up.
+    /// The width and height in pixels for which the canvas is configured; `None` if it must be configured again.
     shown: Option<[u32; 2]>,
 }
 
@@ -46,7 +46,7 @@ impl Picture {
         Ok(Self { checked, options, sources: sources.clone(), executor, name, imports, shown: None })
     }
 
-    /// Goes on with what was checked anew; with an error, as before.
+    /// Replaces the plan with that of a new check. On an error, the previous plan stays in use.
     pub(crate) fn go_on(
         &mut self,
         device: &wgpu::Device,
@@ -67,22 +67,22 @@ impl Picture {
         Ok(())
     }
 
-    /// The width and height of the picture, in texels.
+    /// The width and height of a frame in texels.
     pub(crate) fn size(&self) -> [u32; 2] {
         self.options.viewport
     }
 
-    /// The texts that diagnostics of the pipeline are about.
+    /// The source files to which diagnostics of the pipeline refer.
     pub(crate) fn sources(&self) -> &Sources {
         &self.sources
     }
 
-    /// The texture of the picture.
+    /// The texture that holds the last frame; `None` if the plan imports no such texture.
     pub(crate) fn texture(&self) -> Option<&wgpu::Texture> {
         self.imports.iter().find(|(name, _)| *name == self.name).map(|(_, texture)| texture)
     }
 
-    /// Records and submits a frame. Plans again, up to a limit, while CPU passes request other data sizes.
+    /// Records and submits a frame. Plans and records again, up to a limit, while CPU passes request other data sizes.
     pub(crate) fn draw(
         &mut self,
         device: &wgpu::Device,
@@ -112,7 +112,8 @@ impl Picture {
         Ok(())
     }
 
-    /// Records and submits a frame with a plan that copies a texture, which is returned; then the plan before goes on.
+    /// Records and submits one frame with `plan`, which copies a texture to the import `import`. Returns the texture of
+    /// this import. The previous plan is then used again.
     pub(crate) fn capture(
         &mut self,
         device: &wgpu::Device,
@@ -144,12 +145,12 @@ impl Picture {
         Ok(contents)
     }
 
-    /// Sizes that CPU passes wanted, and the size of the picture.
+    /// The options of the current plan: the size of a frame in texels, and the data sizes that CPU passes requested.
     pub(crate) fn options(&self) -> &PlanOptions {
         &self.options
     }
 
-    /// Copies the picture to a canvas.
+    /// Copies the last frame to a canvas. Fails if the canvas has no texture for the frame.
     pub(crate) fn show(
         &mut self,
         device: &wgpu::Device,
@@ -193,7 +194,8 @@ impl Picture {
     }
 }
 
-/// The name of the imported texture that is the picture: the one that passes write, or "target" among several.
+/// Returns the name of the imported texture that receives the frame: the only one that passes write, or "target" if
+/// they write several.
 fn name_of(plan: &Plan) -> Result<String, Diagnostics> {
     let written = plan.resources.iter().filter(|(_, resource)| {
         let is_written = |handle| plan.writes(handle, resource.handle);
@@ -209,14 +211,15 @@ fn name_of(plan: &Plan) -> Result<String, Diagnostics> {
     }
 }
 
-/// A texture for each import of a plan.
+/// Creates a texture for each texture that a plan imports, and returns it with its name.
 fn imports(device: &wgpu::Device, plan: &Plan) -> Vec<(String, wgpu::Texture)> {
     let more = wgpu::TextureUsages::COPY_SRC | wgpu::TextureUsages::TEXTURE_BINDING;
     let texture = |name: &String| Some((name.clone(), imported_texture(device, plan, name, more)?));
     plan.resources.keys().filter_map(texture).collect()
 }
 
-/// The diagnostic of a pipeline that writes no picture.
+/// The diagnostic for a pipeline without a texture that receives the frame. `written` is the number of imported
+/// textures that passes write.
 fn no_picture(written: usize) -> Diagnostics {
     let message = format!("the pipeline writes {written} imported textures");
     let help = "a picture is made of the one imported texture that passes write, or of \"target\"";

@@ -22,7 +22,7 @@ use wasm_bindgen::prelude::wasm_bindgen;
 
 use crate::settings;
 
-/// The files of a page, and a session over them.
+/// The files of a web page, and a session that checks and plans pipelines from these files.
 #[wasm_bindgen]
 pub struct Project {
     files: Pages,
@@ -30,7 +30,7 @@ pub struct Project {
     pub(crate) session: Session,
 }
 
-/// Files in memory, and the bundled pipelines.
+/// The files of a web page, held in memory, together with the bundled pipelines.
 #[derive(Clone, Default)]
 pub(crate) struct Pages(Arc<Mutex<Memory>>);
 
@@ -40,7 +40,7 @@ impl Pages {
         memory.0.insert(path.to_owned(), text.to_owned());
     }
 
-    /// The paths of templates, sorted.
+    /// The paths of the shader templates and their axis declarations, sorted.
     #[cfg(not(feature = "gpu"))]
     pub(crate) fn templates(&self) -> Vec<String> {
         let memory = self.0.lock().unwrap_or_else(PoisonError::into_inner);
@@ -68,7 +68,8 @@ impl Storage for Pages {
     }
 }
 
-/// Creates a session over files. Paths of templates are their names, with or without a leading `/`.
+/// Creates a session that reads from `files`. `templates` lists the paths of shader templates; a path without its
+/// leading `/` is the template's name.
 pub(crate) fn session(files: &Pages, templates: &[String]) -> Session {
     // Glass and bones of glTF scenes are what a page draws.
     let mut registry = umbragraph::registry();
@@ -80,7 +81,7 @@ pub(crate) fn session(files: &Pages, templates: &[String]) -> Session {
     Session::new(files.clone(), registry, umbragraph::with_templates(own))
 }
 
-/// The names and texts of the bundled templates.
+/// Iterates over the bundled shader templates and axis declarations: name and source.
 pub(crate) fn library() -> impl Iterator<Item = (String, &'static str)> {
     umbragraph::with_templates([]).into_iter().filter_map(|template| match template.text {
         TemplateText::Library { text, .. } => Some((template.name, text)),
@@ -104,15 +105,16 @@ impl Project {
         Self { files, templates: Vec::new(), session }
     }
 
-    /// The names and texts of the bundled templates, as a JSON object.
+    /// Returns the bundled shader templates and axis declarations as a JSON object, from name to source.
     pub fn templates() -> String {
         Value::Object(library().map(|(name, text)| (name, Value::from(text))).collect()).to_string()
     }
 
-    /// The files of a folder to begin with, as an object: those of `umbragraph new NAME --kind KIND`.
+    /// Returns the files of a new pipeline as a JSON object, from path to content: the files that
+    /// `umbragraph new NAME --kind KIND` writes.
     ///
     /// # Errors
-    /// A kind that there is not, or a name that no pipeline can have, in words.
+    /// A message if the kind does not exist, or if the name is invalid for a pipeline.
     pub fn begin(name: &str, kind: &str) -> Result<String, String> {
         let kind = starter::Kind::of(kind).ok_or_else(|| format!("there is no kind \"{kind}\""))?;
         let files = starter::files(kind, name);
@@ -121,7 +123,8 @@ impl Project {
         Ok(Value::Object(files.collect()).to_string())
     }
 
-    /// Writes a file. One that is called like a template is one, in place of the module's own.
+    /// Writes a file of the page. A file whose name ends like that of a shader template becomes one, and replaces the
+    /// bundled template of the same name.
     pub fn write(&mut self, path: &str, text: &str) {
         self.files.write(path, text);
         if is_template(path) && !self.templates.iter().any(|known| known == path) {
@@ -132,9 +135,11 @@ impl Project {
         }
     }
 
-    /// Checks a pipeline in every configuration, for each profile that it claims, and proves its shaders.
+    /// Checks all configurations of the pipeline at `path` for each target profile that it claims, and validates its
+    /// shaders. `width` and `height` are the size of a frame in texels.
     ///
-    /// The answer has `diagnostics`, each as `umbragraph check --format json` has it, and the same as `text`.
+    /// Returns a JSON object: `diagnostics` in the format of `umbragraph check --format json`, and `text` with the same
+    /// diagnostics as readable text.
     pub fn check(&mut self, path: &str, width: u32, height: u32) -> String {
         let target = Target::new(path);
         let profiles = self.profiles(&target);
@@ -143,10 +148,12 @@ impl Project {
         self.answer(found.map(|(_, diagnostics)| diagnostics).unwrap_or_default(), Value::Null)
     }
 
-    /// Takes a pipeline to its plan with the values of a parameter file, which is a text that may be empty.
+    /// Plans the pipeline at `path`. `values` is the JSON of a parameter file, or empty for the defaults. `width` and
+    /// `height` are the size of a frame in texels.
     ///
-    /// The answer has `diagnostics` and `text`; where there is a plan, also a `report` of it, the `settings` that the
-    /// pipeline has, and the names of its `presets`.
+    /// Returns a JSON object: `diagnostics` and `text` as in [`check`](Self::check), and `plan`. `plan` holds a
+    /// `report` on the plan, the `settings` of the pipeline and the names of its `presets`; it is `null` if planning
+    /// fails.
     pub fn plan(&mut self, path: &str, values: &str, width: u32, height: u32) -> String {
         let (planned, diagnostics) = self.planned(path, values, None, PlanOptions::new(width, height));
         let plan = planned.as_ref().and_then(|planned| {
@@ -161,7 +168,8 @@ impl Project {
 }
 
 impl Project {
-    /// The plan of a pipeline for a profile, or for the first that it claims, and all diagnostics.
+    /// Plans a pipeline for `profile`, or if that is `None` for the first profile that the pipeline claims. Returns the
+    /// result, which is `None` if planning was cancelled, and all diagnostics.
     pub(crate) fn planned(
         &mut self,
         path: &str,
@@ -179,7 +187,8 @@ impl Project {
         (planned.ok(), diagnostics)
     }
 
-    /// A pipeline, and its configuration by the values of a parameter file.
+    /// Returns the pipeline at `path`, and the configuration that the JSON of a parameter file (`values`, may be empty)
+    /// selects. Errors in the file are added to `diagnostics`.
     pub(crate) fn choice(
         &mut self,
         (path, values): (&str, &str),
@@ -200,12 +209,13 @@ impl Project {
         (target, choice)
     }
 
-    /// The texts that the places of diagnostics refer to.
+    /// The source files to which the places of diagnostics refer.
     pub(crate) fn sources(&self) -> &Sources {
         self.session.sources()
     }
 
-    /// Diagnostics and what else there is to say, as JSON.
+    /// Returns a JSON object with the diagnostics as JSON (`diagnostics`) and as readable text (`text`), and with
+    /// `plan`.
     pub(crate) fn answer(&self, diagnostics: Diagnostics, plan: Value) -> String {
         let sources = self.sources();
         let all: Vec<Value> = diagnostics.iter().map(|one| render::json(one, sources)).collect();
@@ -217,7 +227,7 @@ impl Project {
         self.session.load_exactly(target).ok()?.document().cloned()
     }
 
-    /// Returns the profiles that a pipeline claims to support.
+    /// Returns the target profiles that a pipeline claims to support; empty if it cannot be read.
     fn profiles(&mut self, target: &Target) -> Vec<TargetProfile> {
         let document = self.document(target);
         document.map(|document| claimed_profiles(&document, &mut Diagnostics::new())).unwrap_or_default()
@@ -238,13 +248,13 @@ impl Project {
         }
     }
 
-    /// The text of a file of the page; `None` if it does not exist.
+    /// The content of a file of the page; `None` if the file does not exist.
     pub(crate) fn text(&self, path: &str) -> Option<String> {
         let memory = self.files.0.lock().unwrap_or_else(PoisonError::into_inner);
         memory.0.get(path).cloned()
     }
 
-    /// The paths of the documents of the page.
+    /// The paths of all JSON files of the page.
     pub(crate) fn paths(&self) -> Vec<String> {
         let memory = self.files.0.lock().unwrap_or_else(PoisonError::into_inner);
         memory.0.keys().filter(|path| path.ends_with(".json")).cloned().collect()

@@ -4,7 +4,8 @@ use serde_json::{Map, Value as Json, json};
 use umbragraph::low_level::expression::Value;
 use umbragraph::low_level::pipeline::TypedPipeline;
 
-/// Parameters and features by name: what they are, their values, and of parameters whether they can be set in a frame.
+/// Converts the parameters and features of a pipeline to JSON, keyed by name: allowed values, description and current
+/// value. `live` tells whether a parameter can change between frames without planning again.
 pub(crate) fn of_pipeline(pipeline: &TypedPipeline) -> Json {
     let parameters = pipeline.parameters.iter().map(|(name, parameter)| {
         let declared = &parameter.declaration;
@@ -32,7 +33,7 @@ pub(crate) fn of_pipeline(pipeline: &TypedPipeline) -> Json {
     json!({ "parameters": parameters.collect::<Map<_, _>>(), "features": features.collect::<Map<_, _>>() })
 }
 
-/// The value of a parameter as JSON; of a reference nothing, since no parameter is one.
+/// Converts the value of a parameter or feature to JSON; a reference, which no parameter holds, becomes `null`.
 fn to_json(value: &Value) -> Json {
     match value {
         Value::Bool(on) => Json::from(*on),
@@ -43,7 +44,7 @@ fn to_json(value: &Value) -> Json {
     }
 }
 
-/// Converts JSON to a value; `None` for objects and `null`.
+/// Converts JSON to the value of a parameter; `None` for objects and `null`, also inside of arrays.
 #[cfg(feature = "gpu")]
 pub(crate) fn from_json(json: &Json) -> Option<Value> {
     Some(match json {

@@ -24,9 +24,9 @@ use umbragraph_text::diagnostic::Diagnostics;
 pub enum Component {
     /// 32-bit floating point.
     F32,
-    /// 32-bit unsigned.
+    /// 32-bit unsigned integer.
     U32,
-    /// 32-bit signed.
+    /// 32-bit signed integer.
     I32,
 }
 
@@ -111,7 +111,7 @@ pub struct Published {
     pub name: String,
     /// The type of the value.
     pub value_type: ValueType,
-    /// A description of the value with its unit, for the reference.
+    /// A description of the value with its unit, for the reference documentation.
     #[serde(skip)]
     pub description: &'static str,
 }
@@ -213,7 +213,7 @@ impl View {
     umbragraph_text::setters! {
         /// Sets whether depth runs from 1 (near) to 0 (far).
         reverse: bool,
-        /// Sets the layer of the view.
+        /// Sets the layer of the attachments that the view draws into.
         layer: u32,
         /// Sets the rectangle that the view draws into, in texels (x, y, width, height); `None` for the whole
         /// attachment.
@@ -400,7 +400,8 @@ impl BlackboardData {
         self.words.get(start..start + self.shape.values[index].value_type.words())
     }
 
-    /// Sets a value from its 32-bit words. An array may be set in part, from its start.
+    /// Sets a value from its 32-bit words. An array may be set in part, from its start. An unknown name or too many
+    /// words are an error of the node, which [`BlackboardData::rejected`] returns.
     pub fn set_words(&mut self, name: &str, words: impl IntoIterator<Item = u32>) {
         let Some(at) = self.shape.find(name) else {
             self.rejected = Some(format!("the value \"{name}\", which was not declared"));

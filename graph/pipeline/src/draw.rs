@@ -18,7 +18,7 @@ use crate::data::ValueType;
 use wgpu_types::{BindGroupLayoutEntry, VertexFormat, VertexStepMode};
 
 /// The name of the mesh property for meshes that are drawn from both sides. The rasteriser's culling is off for these
-/// meshes. Shaders change only if their template has an axis of this name.
+/// meshes. Shaders differ for them only if their template has a variant axis of this name.
 pub const DOUBLE_SIDED: &str = "double_sided";
 
 /// The index of the bind group with a material's resources.
@@ -61,8 +61,8 @@ pub struct HostInterface {
     /// The layout of bind group 2 if the host creates the bind groups of materials itself, else `None`. Bindings are
     /// then matched by number, and `material` needs to list only blocks whose members are to be compared.
     pub material_layout: Option<Vec<BindGroupLayoutEntry>>,
-    /// The layout of bind group 3 if the host creates the bind groups of objects itself, else `None`; see
-    /// `material_layout`.
+    /// The layout of bind group 3 if the host creates the bind groups of objects itself, else `None`. Bindings are then
+    /// matched by number, and `object` needs to list only blocks whose members are to be compared.
     pub object_layout: Option<Vec<BindGroupLayoutEntry>>,
 }
 
@@ -178,7 +178,7 @@ impl HostInterface {
     }
 
     /// Returns `true` if a binding of bind group 3 is a uniform block, which a dynamic offset moves from object to
-    /// object. A name that the host does not have counts as such a block.
+    /// object. Also returns `true` for a name that the host does not provide.
     pub fn is_moved(&self, name: &str) -> bool {
         let slot = self.object.iter().find(|slot| slot.name == name);
         slot.is_none_or(|slot| matches!(slot.kind, HostResourceKind::Block { .. }))

@@ -128,7 +128,7 @@ impl Camera {
     }
 }
 
-/// The kind of a light.
+/// The kind of a light, which also determines the unit of its intensity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LightKind {
     /// Parallel light. Intensity in lux.
@@ -399,7 +399,8 @@ impl FrameInput {
         index: u64,
     }
 
-    /// The box around the meshes that pass a draw filter; `scene_bounds` if the host gave none for the filter.
+    /// The box, in world metres, around the meshes that pass a draw filter; `scene_bounds` if the host gave none for
+    /// the filter.
     pub fn bounds_of(&self, filter: &str) -> &Bounds {
         let known = self.filter_bounds.iter().find(|(known, _)| known == filter);
         known.map_or(&self.scene_bounds, |(_, bounds)| bounds)

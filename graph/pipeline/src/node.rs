@@ -115,14 +115,15 @@ pub trait NodeKind: Send + Sync {
     /// # Errors
     /// Returns an error for settings that fit the schema, but not the settings type of the kind.
     fn decode(&self, settings: &document::Value) -> Result<Box<dyn Settings>, serde_json::Error>;
-    /// The blackboard data that passes of this kind publish, by the name of each way of using the kind; see
-    /// [`Node::published`].
+    /// The blackboard data that passes of this kind publish, for the reference documentation: a name and a shape for
+    /// each way of using the kind.
     fn published(&self) -> Vec<(&'static str, DataShape)>;
 }
 
 /// The decoded settings of one pass, whose type is erased.
 pub trait Settings {
-    /// Declares a pass with these settings; returns `None` after a diagnostic. See [`Node::declare`].
+    /// Declares the resources and the work of a pass with these settings. Returns `None` after at least one diagnostic
+    /// was reported to the builder.
     fn declare(&self, pass: &mut PassBuilder<'_>) -> Option<Produced>;
 }
 

@@ -27,7 +27,7 @@ pub enum Projection {
     Orthographic {
         /// Half the visible height, in metres, above 0.
         half_height: f64,
-        /// The distance of the near plane, in metres.
+        /// The distance of the near plane from the camera, in metres; may be negative.
         near: f64,
         /// The distance of the far plane, in metres, beyond the near plane.
         far: f64,
@@ -66,7 +66,8 @@ impl Projection {
         }
     }
 
-    /// The offset of this frame's picture in clip space, as the host sets it; zero if there is none.
+    /// The offset of this frame's picture in clip space that the host sets (2 is the picture's full width or height);
+    /// zero if there is none.
     pub fn jitter(self) -> DVec2 {
         match self {
             Projection::Matrix { jitter, .. } => jitter,
@@ -133,8 +134,8 @@ impl Projection {
         signs.map(|(x, y)| DVec2::new(x * half_width, y * half_height))
     }
 
-    /// The centre of the visible rectangle and half its size, in metres: at 1 m for a perspective camera, at any
-    /// distance for an orthographic one.
+    /// The centre of the visible rectangle and half its size, in metres. A perspective camera's rectangle lies at a
+    /// distance of 1 m; an orthographic camera's rectangle is the same at every distance.
     pub fn picture(self, aspect: f64) -> (DVec2, DVec2) {
         match self {
             Projection::Matrix { .. } => {

@@ -43,7 +43,7 @@ umbragraph_text::codes! {
     /// A file of axes has no template, or inherits from a template that does not exist.
     AXES_ORPHAN = "UG0515", "axes without a template",
         "A file `NAME.axes.json` has no template `NAME.wgsl.jinja` beside it, or names a template under `inherits` that does not exist.";
-    /// The constraints leave no combination of values.
+    /// The constraints of a template leave no valid combination of axis values.
     CONSTRAINTS_CONTRADICT = "UG0516", "contradictory constraints",
         "The constraints of a template, together with the values that are fixed, leave no combination of values at all. The diagnostic lists a smallest set of constraints that clash: without any one of them there would be a combination.";
     /// An override axis does not fit its `override` declaration in the WGSL.
@@ -66,16 +66,16 @@ umbragraph_text::codes! {
         "The shader compiler (naga) failed without a message of its own on this text. That is a defect of the compiler; the diagnostic says which template provokes it.";
     /// A WGSL module exceeds a size limit.
     WGSL_TOO_LARGE = "UG0524", "WGSL too large", "One module of WGSL is limited to 4 MiB, 8,192 declarations and 32,768 statements, one expression to 8,192 operators and one function to 8,192 branches. The shader compiler would overflow its stack, or take minutes, far beyond these.";
-    /// A fragment stage reads a variable that the vertex stage does not write.
+    /// A fragment input has no vertex output with the same location, type and interpolation.
     STAGES_MISMATCH = "UG0525", "stages do not fit together",
         "The fragment stage reads a variable that the vertex stage does not write, or writes with another type or interpolation. Every user-defined input of the fragment stage is an output of the vertex stage with the same `@location`, the same type and the same `@interpolate`; outputs that nothing reads are dropped.\n\nOne structure for both, returned by the one and taken by the other, cannot disagree with itself.";
-    /// A branch or loop of a fragment stage depends on uniform buffers only.
+    /// The condition of a branch or loop in a fragment stage depends on uniform buffers only.
     UNIFORM_BRANCH = "UG0526", "branch on uniforms alone",
         "A branch or loop of a fragment stage has a condition that depends on uniform buffers and on nothing else. Some drivers (Mesa's among them) compile the shader once more for each value of such a uniform, which is once for each material where the uniform belongs to the material, and seconds before the first frame.\n\nLet the value be a factor (`max(visibility, 1.0 - receives)`) or the condition of a `select`; make it an override, which chooses when the pipeline is made; or let something of the fragment take part in the condition, so that no driver tries.";
     /// An operation that needs uniform control flow is in non-uniform control flow.
     NON_UNIFORM = "UG0527", "control flow is not uniform",
         "A derivative, a sample whose level comes from derivatives (`textureSample`, `textureSampleBias`, `textureSampleCompare`), a barrier, `workgroupUniformLoad` or a subgroup operation stands where some invocations of a quad or workgroup may not come, because a condition before it depends on what differs between them: inputs of the stage, writable buffers, other derivatives. Browsers reject such a module; elsewhere its values are undefined there, so for other targets than `webgpu` it is a warning.\n\nThe analysis is that of WGSL's specification, which looks at the text alone. The diagnostic says which condition it is and where the difference comes from. Sample before the branch and choose with `select`, or name the level (`textureSampleLevel`, `textureSampleGrad`, `textureSampleCompareLevel`). Where all invocations of a quad are known to go the same way nevertheless, `@diagnostic(off, derivative_uniformity)` before the function says so; of barriers there is nothing to switch off.";
-    /// A function call can write to a variable that it also accesses in a second way.
+    /// A function call accesses one variable in two ways, by pointers or by name, and writes to it.
     POINTER_ALIAS = "UG0528", "memory reached in two ways",
         "A call passes one variable by two pointers, or by a pointer to a function that uses the variable by its name as well, and one of the two writes. WGSL forbids it, and browsers reject the module; elsewhere the outcome is undefined, so for other targets than `webgpu` it is a warning. Variables are taken whole: pointers to two elements of one array are pointers to one variable.\n\nPass a copy of the value, or let the function return what it would have written.";
     /// A module that exceeds a limit of a target profile.
@@ -84,16 +84,16 @@ umbragraph_text::codes! {
     /// The code generator of a target language rejects the module.
     BACKEND_REJECTS = "UG0531", "target language cannot express this",
         "The module is valid, but cannot be written in the language of the target (SPIR-V, MSL, HLSL, GLSL). GLSL, for one, cannot load from a depth texture.";
-    /// Two variants of one pass declare different things at one binding.
+    /// Two variants of a template declare a binding differently.
     INTERFACE_CONFLICT = "UG0540", "variants disagree about a binding",
         "The layout of a pass is the union over its variants, so two variants of a template cannot have different things at one group and binding, nor one name at two places: a texture of another type, a buffer that one reads and the other writes. What lies within a block may differ from configuration to configuration; whoever fills it is compared with every variant.\n\nAn axis that is there to choose between layouts says so in `NAME.axes.json`; variants with different values of it are not compared:\n\n```json\n{ \"axes\": { \"multisampled\": { \"type\": \"bool\", \"default\": false, \"own_layout\": true } } }\n```";
     /// No generated WGSL depends on the axis.
     AXIS_DEAD = "UG0550", "axis without effect",
         "No text of the template depends on this axis: with any value, each reachable variant is the same.";
-    /// No variant contains these lines of the template.
+    /// Some lines of a template appear in no variant.
     LINES_DEAD = "UG0551", "template text in no variant",
         "No reachable variant contains this text: its condition can never hold under the declared axes and constraints.";
-    /// A template has more paths than the exploration can enumerate.
+    /// A template has too many variants to validate all of them.
     PATHS_LIMIT = "UG0552", "too many variants",
         "The template has too many variants to prove each of them, and any of the others may fail. The limits are 65,536 paths, 32,768 distinct texts and 512 MiB of them. They are eight times as high where no template is the author's own. Of an axis with more than 16,384 values only the first, the default and the last are proven.\n\nDeclare a narrower range, fewer values, or constraints between axes. An integer that is only a size takes `\"prove\": \"ends\"`; a number or switch that the WGSL can read itself takes `\"as\": \"override\"`, and costs one text. Without `--all` only the values that pipelines reach are proven, with `--set NAME=VALUE` only one configuration.";
     /// No validated configuration of the pipeline contains the pass.

@@ -62,7 +62,8 @@ impl fmt::Debug for Error {
 
 impl std::error::Error for Error {}
 
-/// Prints code, message and help, but no source position: for device errors, which have none.
+/// Prints the diagnostic's code, message and help text without a source position, such as for device errors, which have
+/// none.
 impl fmt::Display for Diagnostic {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}: {}", self.code, self.message)?;

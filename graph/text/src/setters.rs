@@ -8,11 +8,11 @@
 ///
 /// impl Sun {
 ///     umbragraph_text::setters! {
-///         /// With an illuminance in lux.
+///         /// Sets the illuminance in lux.
 ///         lux: f32,
 ///     }
 ///     umbragraph_text::setters! { into
-///         /// With another name.
+///         /// Sets the name of the light.
 ///         name: String,
 ///     }
 /// }

@@ -36,8 +36,8 @@ impl Span {
         Self { file, start: cut(range.start), end: cut(range.end) }
     }
 
-    /// A span outside of all source texts. It identifies a value that the host passed, by a number of the host's
-    /// choice.
+    /// Creates a span outside of all source texts, for a value that the host application passes. The host chooses
+    /// `number` to identify the value.
     pub fn of_host(number: u32) -> Self {
         Self { file: FileId(u32::MAX), start: number, end: number }
     }
@@ -55,8 +55,9 @@ impl Span {
         Self { file: self.file, start: at(range.start), end: at(range.end) }
     }
 
-    /// The span of the byte range `range` of the string `text`, if this span covers `text` in quotes. `None` if the
-    /// source contains escapes, so that offsets differ.
+    /// Converts a byte range of a JSON string's contents to a span of the source. This span must cover the string with
+    /// its quotes; `text` is the unescaped contents. `None` if the string has escapes, or if `range` exceeds the
+    /// contents.
     pub fn of_quoted(self, text: &str, range: Range<usize>) -> Option<Self> {
         let is_verbatim = self.range().len() == text.len() + 2 && range.end <= text.len();
         is_verbatim.then(|| self.inside(range.start + 1..range.end + 1))
@@ -68,7 +69,7 @@ impl Span {
     }
 }
 
-/// A position in a source text for display.
+/// A line and column in a source text, for display.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct LineColumn {
     /// The line number, from 1.
@@ -140,8 +141,8 @@ impl Sources {
         Self::default()
     }
 
-    /// Registers a source text and returns its identifier. A name registered again, as for a file that changed on disk,
-    /// gets a new identifier; the older text stays.
+    /// Registers a source text and returns its identifier. If the name is registered already, as for a file that
+    /// changed on disk, the new text gets another identifier and the older text stays.
     pub fn add(&mut self, name: impl Into<String>, text: impl Into<Arc<str>>) -> FileId {
         self.files.push(Arc::new(SourceFile::new(name.into(), text.into())));
         FileId(self.files.len() as u32 - 1)

@@ -16,21 +16,21 @@ use crate::pose::Pose;
 use crate::scene::{Draw, Scene};
 use crate::visibility::may_be_visible;
 
-/// A draw with the data needed to issue its draw call.
+/// A draw of the scene, with the data needed to record its draw call.
 #[derive(Clone, Debug)]
 pub(super) struct Item {
     pub(super) draw: Draw,
     part: Part,
     properties: PropertySet,
     is_blended: bool,
-    /// The index of the draw in the scene, and so of its block in the object buffers.
+    /// The index of the draw in [`Scene::draws_of_all_details`], and of its uniform block in the object buffers.
     object: u32,
     bounds: Bounds,
     is_mirrored: bool,
 }
 
 impl Item {
-    /// Updates the bounding box and the mirroring of the draw for a pose.
+    /// Updates the bounding box of the draw for a pose, and whether its transform mirrors it.
     pub(super) fn place(&mut self, scene: &Scene, pose: &Pose) {
         self.bounds = scene.draw_bounds(self.draw, pose);
         self.is_mirrored = world_from_object(self.draw, pose).determinant() < 0.0;
@@ -72,7 +72,7 @@ pub(super) fn sorted_items(scene: &Scene, geometry: &Geometry) -> Vec<Item> {
     items
 }
 
-/// Issues the draws that match the filter and level of detail of the pass and may be visible in its view.
+/// Records the draws that match the filter and level of detail of the pass and may be visible in its view.
 pub(super) fn record(
     items: &[Item],
     geometry: &Geometry,
@@ -109,7 +109,8 @@ pub(super) fn record(
     sorted.iter().for_each(|(_, at)| state.issue(&items[*at as usize], geometry, pass));
 }
 
-/// Sorts the draws of a range into `sorted`, by ascending key. Draws for which `key` returns `None` are left out.
+/// Fills `sorted` with the draws of a range of `items`, by ascending key. Draws for which `key` returns `None` are left
+/// out.
 fn sort(
     items: &[Item],
     range: Range<usize>,
@@ -121,12 +122,13 @@ fn sort(
     sorted.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
 }
 
-/// The state bound by the previous draw, so that unchanged state is not set again.
+/// The render pass state set by the previous draw, so that unchanged state is not set again.
 #[derive(Default)]
 struct State {
     properties: Option<(PropertySet, bool)>,
     material: Option<usize>,
-    /// Whether the bound previous positions are those of animated vertices. `None` before the first draw.
+    /// `true` if the buffer of previous positions is bound, `false` if the current positions are bound in its place.
+    /// `None` before the first draw.
     has_previous: Option<bool>,
 }
 

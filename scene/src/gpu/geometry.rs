@@ -18,33 +18,33 @@ use crate::interface::{BLOCK_STRIDE, PREVIOUS, STREAMS};
 use crate::mesh::VertexDetail;
 use crate::scene::{Draw, Scene};
 
-/// The vertex buffer slot of previous positions: the first after the slots that [`Geometry::bind`] sets.
+/// The vertex buffer slot of previous positions: the first slot after those that [`Geometry::bind`] sets.
 const PREVIOUS_SLOT: u32 = STREAMS.len() as u32 + 1;
 
-/// The location of a primitive in the vertex and index buffers.
+/// The ranges of a primitive in the vertex and index buffers.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Part {
     /// The range of the primitive in the index buffer; index values are relative to `first_vertex`.
     pub(super) indices: Range<u32>,
     /// The index range of the same triangles with reversed winding, for mirrored draws.
     pub(super) mirrored: Range<u32>,
-    /// The position of the primitive's first vertex in the vertex buffers.
+    /// The index of the primitive's first vertex in the vertex buffers.
     pub(super) first_vertex: i32,
 }
 
 /// The vertex and index buffers of a scene.
 pub(super) struct Geometry {
-    /// The stream of positions. In this stream and in `normals`, vertices of skinned draws come first.
+    /// The vertex stream of positions. In all vertex streams, the vertices of skinned draws come first.
     pub(super) positions: wgpu::Buffer,
     pub(super) normals: wgpu::Buffer,
-    /// The positions of animated vertices in the previous pose.
+    /// The positions of skinned and morphed vertices in the previous pose.
     pub(super) previous: wgpu::Buffer,
     texcoords: wgpu::Buffer,
-    /// The stream of vertex details; it ends after the last vertex that has details.
+    /// The vertex stream of [`VertexDetail`]; it ends after the last vertex that has details.
     details: wgpu::Buffer,
     indices: wgpu::Buffer,
-    /// The part of each mesh and primitive. Draws with animated vertices have a part each, also keyed by the index of
-    /// the draw.
+    /// The buffer ranges by mesh index and primitive index. Each skinned or morphed draw has ranges of its own, whose
+    /// key also contains the index of the draw.
     parts: BTreeMap<(usize, usize, Option<usize>), Part>,
     /// The number of vertices of all skinned draws, which come first in the buffers.
     pub(super) skinned_vertices: u32,
@@ -52,13 +52,14 @@ pub(super) struct Geometry {
     moved_vertices: u32,
 }
 
-/// The key of a part: mesh, primitive, and the index of the draw if skinning or morph targets animate its vertices.
+/// The key of a draw in `Geometry::parts`: mesh index, primitive index, and for skinned or morphed draws the index
+/// `number` of the draw.
 fn key(scene: &Scene, number: usize, draw: Draw) -> (usize, usize, Option<usize>) {
     (draw.mesh, draw.primitive, scene.has_own_vertices(draw).then_some(number))
 }
 
-/// Checks that the buffers of a scene fit the limits of a device. Returns one diagnostic for each buffer that is too
-/// large.
+/// Checks that the buffers of a scene fit the limits of a device. Returns one diagnostic for each kind of data that is
+/// too large for its buffer.
 pub(super) fn check_limits(scene: &Scene, limits: &wgpu::Limits) -> Result<(), Diagnostics> {
     let (mut vertices, mut detailed, mut indices) = (0_u64, 0_u64, 0_u64);
     let mut known = std::collections::BTreeSet::new();
@@ -174,8 +175,8 @@ impl Geometry {
         }
     }
 
-    /// Copies the current positions of animated vertices to the buffer of previous positions, in a command buffer
-    /// submitted here.
+    /// Copies the current positions of skinned and morphed vertices to the buffer of previous positions, in a command
+    /// buffer that this function submits.
     pub(super) fn keep_positions(&self, device: &wgpu::Device, queue: &wgpu::Queue) {
         if self.moved_vertices > 0 {
             let descriptor = wgpu::CommandEncoderDescriptor { label: Some("scene previous positions") };
@@ -186,19 +187,19 @@ impl Geometry {
         }
     }
 
-    /// Returns `true` if the vertices of a part are animated and so have previous positions of their own.
+    /// Returns `true` if the vertices of `part` are skinned or morphed, and so are in the buffer of previous positions.
     pub(super) fn has_previous(&self, part: &Part) -> bool {
         i64::from(part.first_vertex) < i64::from(self.moved_vertices)
     }
 
-    /// Binds the buffer of previous positions, or with `has_previous` false the current positions in its place.
+    /// Binds the buffer of previous positions, or the current positions in its place if `has_previous` is `false`.
     pub(super) fn bind_previous(&self, has_previous: bool, pass: &mut wgpu::RenderPass<'static>) {
         let stream = if has_previous { &self.previous } else { &self.positions };
         pass.set_vertex_buffer(PREVIOUS_SLOT, stream.slice(..));
     }
 
-    /// The part of a draw; `number` is the index of the draw in [`Scene::draws_of_all_details`]. `None` if the buffers
-    /// do not contain the draw.
+    /// The ranges of a draw in the buffers; `number` is the index of the draw in [`Scene::draws_of_all_details`].
+    /// `None` if the buffers do not contain the draw.
     pub(super) fn part(&self, scene: &Scene, number: usize, draw: Draw) -> Option<&Part> {
         self.parts.get(&key(scene, number, draw))
     }
@@ -212,8 +213,8 @@ impl Geometry {
     }
 }
 
-/// The matrix that transforms normals: the cofactors of the transform, scaled to the range of `f32`. Unlike the inverse
-/// transpose, cofactors exist for every transform, even a singular one.
+/// The matrix that transforms normals: the cofactor matrix of `transform`, scaled to the range of `f32`. Unlike the
+/// inverse transpose, the cofactor matrix exists for every transform, even a singular one.
 pub(super) fn normal_matrix(transform: &DMat4) -> DMat3 {
     let [x, y, z] = [transform.x_axis, transform.y_axis, transform.z_axis].map(glam::DVec4::truncate);
     let cofactors = DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y));
@@ -245,7 +246,7 @@ mod tests {
         assert_eq!(normal_matrix(&DMat4::ZERO), DMat3::IDENTITY);
     }
 
-    /// A scene in which `nodes` nodes show the same triangle.
+    /// A scene with `nodes` nodes that all draw the same triangle.
     fn scene(nodes: usize) -> Scene {
         let shown: Vec<_> = (0..nodes).collect();
         let nodes = vec![r#"{ "mesh": 0 }"#; nodes].join(", ");

@@ -20,13 +20,14 @@ const ANISOTROPY: u16 = 8;
 pub(super) struct Materials {
     blocks: wgpu::Buffer,
     details: wgpu::Buffer,
-    /// For each material and each of [`MAPS`], the indices into `images` and `samplers`.
+    /// For each material and each texture map in [`MAPS`], an index into `images` and an index into `samplers`.
     textures: Vec<[(usize, usize); MAPS.len()]>,
     images: Vec<wgpu::TextureView>,
     samplers: Vec<wgpu::Sampler>,
 }
 
-/// The uploaded images: each image once for each encoding (sRGB or linear) in which it is sampled.
+/// The images uploaded so far. An image is uploaded once for each encoding (sRGB or linear) in which materials sample
+/// it.
 struct Images<'a> {
     device: &'a wgpu::Device,
     queue: &'a wgpu::Queue,
@@ -35,8 +36,8 @@ struct Images<'a> {
 }
 
 impl Images<'_> {
-    /// The index in `views` of an image of the scene, uploaded on first use. An image that does not exist becomes a
-    /// white texel.
+    /// The index in `views` of the image with index `image` in the scene, which is uploaded on first use. An image that
+    /// does not exist is replaced by a white texel.
     fn index(&mut self, scene: &Scene, image: usize, is_srgb: bool) -> usize {
         let found = scene.images.get(image);
         let key = if found.is_some() { (image, is_srgb) } else { (usize::MAX, true) };
@@ -80,7 +81,8 @@ impl Materials {
         self.textures.len() as u32
     }
 
-    /// The resource that a material binds under a name of the shader interface; `None` for an unknown name or material.
+    /// The block, texture or sampler of the material with index `material` for the shader binding `name`. `None` for an
+    /// unknown name or material.
     pub(super) fn binding(&self, material: u32, name: &str) -> Option<wgpu::BindingResource<'_>> {
         let textures = self.textures.get(material as usize)?;
         let block = |buffer, size: u32| {
@@ -103,7 +105,7 @@ impl Materials {
     }
 }
 
-/// Creates a uniform buffer with one block for each material, [`BLOCK_STRIDE`] bytes apart.
+/// Creates a uniform buffer with one block for each material; consecutive blocks are [`BLOCK_STRIDE`] bytes apart.
 fn uniforms<T: bytemuck::Pod>(
     device: &wgpu::Device,
     scene: &Scene,

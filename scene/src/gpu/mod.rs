@@ -38,7 +38,7 @@ use objects::Objects;
 use rays::Rays;
 use skinning::Skinning;
 
-/// A scene's buffers and textures on one device.
+/// The vertex, uniform and texture resources of a scene on one device, as a source of draws for the executor.
 pub struct SceneResources {
     interface: HostInterface,
     geometry: Geometry,
@@ -46,10 +46,9 @@ pub struct SceneResources {
     objects: Objects,
     skinning: Skinning,
     items: Vec<Item>,
-    /// The pose in the buffers, and the number of updates that have moved a draw.
+    /// The pose in the buffers, and the number of updates in which a draw has moved.
     pose: (Pose, u64),
-    /// Scratch list for sorting the draws of a view: sort key (view depth in metres) and index of the item. Kept to
-    /// avoid allocations.
+    /// A reused list for sorting the draws of a view: sort key (view depth in metres) and index in `items`.
     sorted: Mutex<Vec<(f64, u32)>>,
     rays: Rays,
 }
@@ -61,7 +60,7 @@ impl std::fmt::Debug for SceneResources {
 }
 
 impl SceneResources {
-    /// Uploads a scene in a pose.
+    /// Uploads the geometry, materials and textures of a scene to a device, in a pose.
     ///
     /// # Errors
     /// Diagnostics if the scene needs larger buffers than the device supports.
@@ -92,13 +91,14 @@ impl SceneResources {
         Ok(resources)
     }
 
-    /// Uploads the changes since the last pose: transforms of draws that can move, and skinned or morphed vertices.
-    /// `scene` must be the uploaded scene. Call this once in each frame, also for a scene at rest: the pose of the last
-    /// call is the previous one of motion vectors.
+    /// Uploads a new pose: the transforms of draws that can move, and skinned or morphed vertices. `scene` must be the
+    /// uploaded scene. Call this once in each frame, also if the pose has not changed: motion vectors are relative to
+    /// the pose of the last call.
     ///
-    /// Command buffers submitted later draw the new pose, even if they were recorded before this call. Skinned vertices
-    /// are computed by compute dispatches in a command buffer submitted here. The CPU computes them if the device has
-    /// no compute stage, or fewer than four storage buffers in that stage.
+    /// Command buffers submitted later draw the new pose, even if they were recorded before this call. Compute
+    /// dispatches, in a command buffer that this method submits, compute the skinned vertices. The CPU computes all
+    /// morphed vertices. It also computes the skinned ones if the device's limits for compute are too low, such as
+    /// fewer than four storage buffers in a stage.
     pub fn update(&mut self, queue: &wgpu::Queue, scene: &Scene, pose: &Pose) {
         let (held, moves) = &mut self.pose;
         self.objects.write_motion(queue, scene, held);

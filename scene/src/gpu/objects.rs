@@ -29,8 +29,8 @@ impl Objects {
         Self { places: buffer("scene objects"), motions: buffer("scene motions") }
     }
 
-    /// The binding of the first block of a buffer by its name; a dynamic offset selects the block of a draw. `None` for
-    /// an unknown name.
+    /// The binding of the uniform buffer `object` or `motion`, with the size of one block. A dynamic offset selects the
+    /// block of a draw. `None` for any other name.
     pub(super) fn binding(&self, name: &str) -> Option<wgpu::BindingResource<'_>> {
         let (buffer, size) = match name {
             "object" => (&self.places, ObjectBlock::SIZE),
@@ -41,24 +41,24 @@ impl Objects {
         Some(wgpu::BindingResource::Buffer(wgpu::BufferBinding { buffer, offset: 0, size }))
     }
 
-    /// Writes the transforms of all draws for a pose, with the same pose as the previous one.
+    /// Writes the current and the previous transforms of all draws, both for the same pose.
     pub(super) fn write_all(&self, queue: &wgpu::Queue, scene: &Scene, pose: &Pose) {
         write_whole(queue, &self.places, scene, |draw| block(draw, pose));
         write_whole(queue, &self.motions, scene, |draw| motion(draw, pose));
     }
 
-    /// Writes the transforms of the draws that can move for a pose.
+    /// Writes the current transforms in `pose` of the draws that can move.
     pub(super) fn write_dynamic(&self, queue: &wgpu::Queue, scene: &Scene, pose: &Pose) {
         write_moving(queue, &self.places, scene, |draw| block(draw, pose));
     }
 
-    /// Writes the previous transforms of the draws that can move.
+    /// Writes the transforms in the pose `previous` of the draws that can move, for motion vectors.
     pub(super) fn write_motion(&self, queue: &wgpu::Queue, scene: &Scene, previous: &Pose) {
         write_moving(queue, &self.motions, scene, |draw| motion(draw, previous));
     }
 }
 
-/// Writes the blocks of all draws to a buffer.
+/// Writes the uniform blocks of all draws to a buffer; `block` returns the block of a draw.
 fn write_whole<T: bytemuck::Pod>(
     queue: &wgpu::Queue,
     buffer: &wgpu::Buffer,
@@ -75,7 +75,7 @@ fn write_whole<T: bytemuck::Pod>(
     }
 }
 
-/// Writes the blocks of the draws that can move to a buffer.
+/// Writes the uniform blocks of the draws that can move to a buffer; `block` returns the block of a draw.
 fn write_moving<T: bytemuck::Pod>(
     queue: &wgpu::Queue,
     buffer: &wgpu::Buffer,
@@ -88,8 +88,8 @@ fn write_moving<T: bytemuck::Pod>(
     }
 }
 
-/// The matrix from the space of a draw's vertices to the world: identity for skinned draws, whose vertices are in world
-/// space.
+/// The matrix from the space of a draw's vertices to world space. It is the identity for skinned draws, whose vertices
+/// are in world space.
 pub(super) fn world_from_object(draw: Draw, pose: &Pose) -> DMat4 {
     if draw.skin.is_some() { DMat4::IDENTITY } else { pose.world(draw.node) }
 }

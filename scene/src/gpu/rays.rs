@@ -13,7 +13,7 @@ use crate::pose::Pose;
 use crate::scene::{Draw, Scene};
 use crate::trace::PackedScene;
 
-/// The buffer of triangles for ray tracing, created when a plan first imports it.
+/// The storage buffer with the scene's triangles for ray tracing, created when a pipeline first imports it.
 pub(super) struct Rays {
     device: wgpu::Device,
     scene: Scene,
@@ -31,7 +31,7 @@ impl Rays {
     }
 
     /// The buffer for ray tracing, created for `pose` on first use. `None` if `name` is not [`BUFFER`]; an error
-    /// message if it is too large.
+    /// message if the buffer would be too large for the device.
     pub(super) fn buffer(&self, name: &str, pose: &Pose) -> Option<Result<&wgpu::Buffer, String>> {
         if name != BUFFER {
             return None;
@@ -40,7 +40,8 @@ impl Rays {
         Some(made.as_ref().map(|made| &made.buffer).map_err(Clone::clone))
     }
 
-    /// Updates the buffer with the draws that have moved, if it has been created.
+    /// Updates the triangles of the draws for which `moved` returns `true`. Does nothing if the buffer has not been
+    /// created.
     pub(super) fn follow(&mut self, queue: &wgpu::Queue, pose: &Pose, moved: impl Fn(Draw) -> bool) {
         if let Some(Ok(Made { packed, buffer })) = self.made.get_mut() {
             packed.follow(&self.scene, pose, moved);

@@ -12,13 +12,14 @@ use gltf::json::{Index, Root, buffer};
 use super::report::Report;
 use crate::codes;
 
-/// The type of a decoded accessor component.
+/// A number type to which accessor components are decoded.
 pub(super) trait Component: Copy + Default + Into<f64> {
-    /// The accepted component types of the file, as words for a diagnostic.
+    /// A description, for diagnostics, of the component types in the file that can be decoded to `Self`.
     const ACCEPTED: &'static str;
-    /// Returns `true` if components of this type in the file can be decoded to `Self`.
+    /// Returns `true` if components of type `kind` in the file can be decoded to `Self`.
     fn accepts(kind: ComponentType) -> bool;
-    /// Decodes the component at the start of `bytes`, which must be long enough; otherwise returns zero.
+    /// Decodes the component at the start of `bytes`. Returns zero for too few bytes or for a type that is not
+    /// accepted.
     fn decode(kind: ComponentType, normalized: bool, bytes: &[u8]) -> Self;
 }
 
@@ -59,14 +60,15 @@ impl Component for u32 {
     }
 }
 
-/// The accessors of a document and the buffers that they read.
+/// The accessors of a document, with the bytes of the buffers that accessors refer to.
 pub(super) struct Accessors<'a> {
     pub(super) root: &'a Root,
     /// The bytes of each buffer; `None` for a buffer that is missing or too short.
     pub(super) buffers: &'a [Option<Vec<u8>>],
 }
 
-/// The bytes of a strided range of elements, checked to lie inside its buffer view.
+/// The bytes from the first element of an accessor on, and the stride in bytes. All elements lie inside the buffer
+/// view.
 struct Elements<'a> {
     bytes: &'a [u8],
     stride: usize,
@@ -74,7 +76,7 @@ struct Elements<'a> {
 
 impl Accessors<'_> {
     /// Reads the elements of an accessor, with `N` components each. `at` is the JSON pointer of the property that
-    /// references the accessor. Returns `None` after a diagnostic.
+    /// references the accessor. Returns `None` after reporting an error.
     pub(super) fn read<T: Component, const N: usize>(
         &self,
         index: usize,
@@ -159,8 +161,8 @@ impl Accessors<'_> {
         Some(())
     }
 
-    /// The bytes of `count` elements of `size` bytes in a buffer view, from byte `offset` on. `None` after a
-    /// diagnostic.
+    /// The bytes of `count` elements of `size` bytes each in a buffer view, from byte `offset` on. With `strided`
+    /// false, the stride of the view is ignored. Returns `None` after reporting an error.
     #[allow(clippy::too_many_arguments)]
     fn elements(
         &self,
@@ -190,7 +192,7 @@ impl Accessors<'_> {
         Some(Elements { bytes, stride })
     }
 
-    /// The bytes of a buffer view; `None` after a diagnostic.
+    /// The bytes of a buffer view. Returns `None` after reporting an error, or if the buffer itself could not be read.
     pub(super) fn view(&self, index: usize, at: &str, report: &mut Report) -> Option<&[u8]> {
         let view = report.lookup(&self.root.buffer_views, index, "bufferView", at)?;
         report.lookup(

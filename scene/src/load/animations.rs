@@ -10,7 +10,7 @@ use crate::animation::{Animation, Channel, Interpolation, Property};
 use crate::codes;
 use crate::node::{LocalTransform, NodeId};
 
-/// Reads all animations of the document. Channels that cannot be read are left out, with a diagnostic.
+/// Reads all animations of the document. Channels that cannot be read are reported as errors and left out.
 pub(super) fn read(accessors: &Accessors<'_>, hierarchy: &Hierarchy, report: &mut Report) -> Vec<Animation> {
     let mut animations = Vec::with_capacity(accessors.root.animations.len());
     for (index, json) in accessors.root.animations.iter().enumerate() {
@@ -45,8 +45,8 @@ struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    /// Converts a channel of the document; a channel of morph weights becomes one channel for each weight. `None` after
-    /// a diagnostic.
+    /// Converts a channel of the document; a channel of morph weights becomes one channel for each weight. Returns
+    /// `None` after reporting an error.
     fn channels(&self, json: &JsonChannel, report: &mut Report) -> Option<Vec<Channel>> {
         let at = self.at;
         let message = "the channel moves an unknown property";

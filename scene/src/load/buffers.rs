@@ -7,8 +7,8 @@ use super::report::Report;
 use super::resource::{Resolver, resolve_of};
 use crate::codes;
 
-/// Reads the bytes of each buffer, cut to its declared length; `None` for a buffer that cannot be read, after a
-/// diagnostic.
+/// Reads the bytes of each buffer, cut to the declared length. Reports an error for a buffer that cannot be read; its
+/// entry is `None`.
 pub(super) fn read(
     root: &Root,
     binary: Option<&[u8]>,

@@ -13,13 +13,13 @@ use crate::codes;
 const HEADER_BYTES: usize = 12;
 const CHUNK_HEADER_BYTES: usize = 8;
 
-/// The parsed JSON document and the binary chunk of a scene file; `None` for a file without the chunk.
+/// The parsed JSON document and the binary chunk of a scene file. `binary` is `None` for a file without a binary chunk.
 pub(super) struct Container<'a> {
     pub(super) root: Root,
     pub(super) binary: Option<&'a [u8]>,
 }
 
-/// Splits a file into JSON and binary chunk, and parses the JSON; `None` after a diagnostic.
+/// Splits a file into JSON and binary chunk, and parses the JSON. Returns `None` after reporting an error.
 pub(super) fn open<'a>(bytes: &'a [u8], report: &mut Report) -> Option<Container<'a>> {
     let (json, binary) = if bytes.starts_with(b"glTF") { split(bytes, report)? } else { (bytes, None) };
     let objects = json.iter().filter(|byte| **byte == b'{').count();
@@ -123,7 +123,7 @@ fn parse(json: &[u8], report: &mut Report) -> Option<Root> {
     }
 }
 
-/// Converts the path of a deserialization error to a JSON pointer.
+/// Converts the path of a JSON deserialization error to a JSON pointer.
 fn pointer(path: &serde_path_to_error::Path) -> String {
     use serde_path_to_error::Segment;
     let segment = |segment: &Segment| match segment {

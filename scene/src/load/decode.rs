@@ -14,7 +14,7 @@ use zune_jpeg::zune_core::options::DecoderOptions;
 
 use super::jpeg::without_metadata;
 
-/// The reason for a failure to decode an image.
+/// The error for an image that cannot be decoded.
 #[derive(Debug, Error)]
 pub(super) enum DecodeError {
     #[error("its first bytes are those of neither PNG nor JPEG")]
@@ -30,7 +30,7 @@ pub(super) enum DecodeError {
     Panic,
 }
 
-/// An encoded image after its header has been read.
+/// An encoded PNG or JPEG image whose header has been read.
 pub(super) enum Encoded<'a> {
     Png(Box<png::Reader<Cursor<&'a [u8]>>>),
     Jpeg(Box<zune_jpeg::JpegDecoder<ZCursor<Vec<u8>>>>),
@@ -73,7 +73,7 @@ impl<'a> Encoded<'a> {
         }
     }
 
-    /// Decodes the texels: four bytes each (RGBA), rows from the top.
+    /// Decodes the texels. Each texel has four bytes (RGBA); rows are stored from top to bottom.
     pub(super) fn rgba(self) -> Result<Vec<u8>, DecodeError> {
         let (texels, channels) = match self {
             Self::Png(mut reader) => {
@@ -96,7 +96,7 @@ impl<'a> Encoded<'a> {
     }
 }
 
-/// Runs a decoder that may panic on corrupt files, and turns a panic into an error.
+/// Runs `decode`, which may panic on corrupt files, and converts a panic to [`DecodeError::Panic`].
 fn guarded<T>(decode: impl FnOnce() -> Result<T, zune_jpeg::errors::DecodeErrors>) -> Result<T, DecodeError> {
     Ok(catch_unwind(AssertUnwindSafe(decode)).map_err(|_| DecodeError::Panic)??)
 }

@@ -14,8 +14,8 @@ use crate::codes;
 
 const EXTENSION: &str = "MSFT_lod";
 
-/// The entries of a node's `MSFT_lod` list: position in the list and node index. `None` for an entry that is not a
-/// number.
+/// The entries of a node's `MSFT_lod` list of coarser levels of detail: position in the list, and node index. The node
+/// index is `None` for an entry that is not a valid index.
 pub(super) fn nodes(json: &JsonNode) -> impl Iterator<Item = (usize, Option<usize>)> + '_ {
     let listed = json.extensions.as_ref().and_then(|extensions| extensions.others.get(EXTENSION));
     let ids = listed.and_then(|extension| extension.get("ids")).and_then(|ids| ids.as_array());
@@ -23,7 +23,8 @@ pub(super) fn nodes(json: &JsonNode) -> impl Iterator<Item = (usize, Option<usiz
     ids.into_iter().flatten().enumerate().map(move |(place, id)| (place, number(id)))
 }
 
-/// Reads the mesh indices of a node's coarser levels of detail, from fine to coarse.
+/// Reads the mesh indices of a node's coarser levels of detail, from fine to coarse. Unusable levels are reported and
+/// left out.
 pub(super) fn read(root: &Root, index: usize, json: &JsonNode, report: &mut Report) -> Vec<usize> {
     let targets = |mesh: usize| root.meshes.get(mesh).map_or(0, morph::targets);
     let own = json.mesh.map(|mesh| mesh.value());

@@ -10,8 +10,8 @@ use crate::node::NodeId;
 use crate::pose::{Pose, joint_bounds};
 use crate::scene::{Draw, Scene};
 
-/// Fills the list of draws with the primitives of all shown nodes, parents before children, the finest level of detail
-/// first.
+/// Fills the list of draws with the primitives of all drawn nodes. The draws are in the order of levels of detail, from
+/// fine to coarse, with parents before children within a level.
 pub(super) fn collect(scene: &mut Scene, pose: &Pose, report: &mut Report) {
     // Many nodes may show one skinned mesh: its boxes are computed once.
     let mut boxes = BTreeMap::new();
@@ -90,7 +90,8 @@ fn one(
     draw
 }
 
-/// Returns `true` if every primitive of a mesh can be skinned with a skin; reports the reasons if not.
+/// Returns `true` if every primitive of a mesh can be skinned with the given skin. Otherwise reports the reasons as
+/// errors and returns `false`.
 fn fits(scene: &Scene, id: NodeId, mesh: usize, skin: usize, report: &mut Report) -> bool {
     let count = scene.skins[skin].joints.len();
     let mut fits = true;

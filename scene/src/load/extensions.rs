@@ -5,22 +5,23 @@ use serde_json::{Map, Value};
 use super::report::Report;
 use crate::codes;
 
-/// The JSON value of an extension of a glTF object.
+/// The JSON value of one extension of a glTF object, such as `KHR_texture_transform`.
 pub(super) struct Extension<'a> {
     value: &'a Value,
-    /// The JSON pointer of the extension.
+    /// The JSON pointer of the extension, for diagnostics.
     at: String,
 }
 
 impl<'a> Extension<'a> {
-    /// Finds an extension of the object at the JSON pointer `at`; `None` if the object lacks it.
+    /// Finds an extension of the object at the JSON pointer `at`. Returns `None` if the object does not have the
+    /// extension.
     pub(super) fn find(extensions: Option<&'a Map<String, Value>>, name: &str, at: &str) -> Option<Self> {
         let value = extensions?.get(name)?;
         Some(Self { value, at: format!("{at}/extensions/{name}") })
     }
 
-    /// Reads a property of `N` numbers: an array, or a plain number if `N` is 1. Returns `None` if it is absent, or
-    /// after a diagnostic.
+    /// Reads a property of `N` numbers: an array, or a plain number if `N` is 1. Returns `None` if the property is
+    /// absent, or after reporting an error.
     pub(super) fn numbers<const N: usize>(&self, property: &str, report: &mut Report) -> Option<[f32; N]> {
         let value = self.value.get(property)?;
         let list: Vec<Option<f64>> = match value {
@@ -41,8 +42,8 @@ impl<'a> Extension<'a> {
         numbers
     }
 
-    /// Reads a property of `N` numbers that must not be negative. Returns `None` if it is absent, or after a
-    /// diagnostic.
+    /// Reads a property of `N` numbers that must not be negative. Returns `None` if the property is absent, or after
+    /// reporting an error.
     pub(super) fn positive<const N: usize>(&self, property: &str, report: &mut Report) -> Option<[f32; N]> {
         let numbers = self.numbers::<N>(property, report)?;
         if numbers.iter().any(|number| *number < 0.0) {
@@ -58,7 +59,7 @@ impl<'a> Extension<'a> {
         Some(numbers)
     }
 
-    /// Warns of a property that is present but not supported.
+    /// Reports a warning if the extension has this property, which the loader ignores.
     pub(super) fn left_out(&self, property: &str, report: &mut Report) {
         if self.value.get(property).is_some() {
             let at = format!("{}/{property}", self.at);

@@ -7,14 +7,14 @@ use super::report::Report;
 use crate::codes;
 use umbragraph_pipeline::diagnostic::list_of;
 
-/// The `extras` of one glTF object.
+/// The property `extras` of one glTF object, as a JSON object.
 pub(super) struct ObjectExtras {
     values: serde_json::Map<String, Value>,
     at: String,
 }
 
 impl ObjectExtras {
-    /// Parses the extras of the object at the JSON pointer `at`. Extras that are not a JSON object count as empty.
+    /// Parses the extras of the object at the JSON pointer `at`. If they are not a JSON object, they count as empty.
     pub(super) fn new(extras: &Extras, at: &str) -> Self {
         let parsed = extras.as_ref().map(|extras| serde_json::from_str(extras.get()));
         let values =
@@ -22,12 +22,13 @@ impl ObjectExtras {
         Self { values, at: format!("{at}/extras") }
     }
 
-    /// Reads a boolean; `None` if it is absent, or after a diagnostic.
+    /// Reads the boolean with this key. Returns `None` if the key is absent, or after reporting an error.
     pub(super) fn boolean(&self, key: &str, report: &mut Report) -> Option<bool> {
         self.typed(key, "true or false", Value::as_bool, report)
     }
 
-    /// Reads a finite number that is not negative; `None` if it is absent, or after a diagnostic.
+    /// Reads the finite, non-negative number with this key. Returns `None` if the key is absent, or after reporting an
+    /// error.
     pub(super) fn number(&self, key: &str, report: &mut Report) -> Option<f32> {
         let number = |value: &Value| {
             value.as_f64().map(|value| value as f32).filter(|value| value.is_finite() && *value >= 0.0)
@@ -35,8 +36,8 @@ impl ObjectExtras {
         self.typed(key, "a number that is not negative", number, report)
     }
 
-    /// Reads a string that must be one of `words`, and returns its index; `None` if it is absent, or after a
-    /// diagnostic.
+    /// Reads the string with this key, which must be one of `words`, and returns its index in `words`. Returns `None`
+    /// if the key is absent, or after reporting an error.
     pub(super) fn word(&self, key: &str, words: &[&str], report: &mut Report) -> Option<usize> {
         let known = |value: &Value| words.iter().position(|word| value.as_str() == Some(word));
         self.typed(key, &format!("one of {}", list_of(words)), known, report)

@@ -16,10 +16,11 @@ use crate::mesh::{
 };
 use crate::morph::MorphTarget;
 
-/// The bytes of one vertex that is duplicated for tangents: position, normal, texture coordinates and details.
+/// The size in bytes of a vertex that is duplicated for tangents: position, normal, texture coordinates and
+/// [`VertexDetail`].
 const BYTES_OF_SPLIT: u64 = 80;
 
-/// Reads all meshes. Primitives of points or lines are left out with a warning.
+/// Reads all meshes. Primitives of points or lines are left out with a warning, and invalid primitives with an error.
 pub(super) fn read(accessors: &Accessors<'_>, materials: &[Material], report: &mut Report) -> Vec<Mesh> {
     let mut meshes = Vec::with_capacity(accessors.root.meshes.len());
     for (index, json) in accessors.root.meshes.iter().enumerate() {
@@ -222,7 +223,7 @@ impl Reader<'_> {
         report.index(materials, self.json.material, "material", &at).unwrap_or(materials.len())
     }
 
-    /// The maps of a material, each with its name for diagnostics; empty if the material does not exist.
+    /// The texture maps of a material, each with a name for diagnostics. Empty if the material does not exist.
     fn maps(&self, material: usize) -> Vec<(&'static str, Map)> {
         let Some(material) = self.materials.get(material) else { return Vec::new() };
         let maps = [
@@ -235,7 +236,7 @@ impl Reader<'_> {
         maps.into_iter().filter_map(|(name, map)| Some((name, map?))).collect()
     }
 
-    /// Warns of the first map whose texture coordinate set the primitive lacks.
+    /// Reports a warning for the first texture map whose texture coordinate set the primitive lacks.
     fn check_texcoords(&self, maps: &[(&str, Map)], sets: &[Option<Vec<[f32; 2]>>; 2], report: &mut Report) {
         let lacks = |map: &Map| sets.get(map.set as usize).is_none_or(Option::is_none);
         if let Some((name, map)) = maps.iter().find(|(_, map)| lacks(map)) {
@@ -246,8 +247,8 @@ impl Reader<'_> {
         }
     }
 
-    /// Reads the vertex colours; alpha is 1 if the file has RGB only. `Some(None)` if the primitive has no colours,
-    /// `None` after a diagnostic.
+    /// Reads the vertex colours; alpha is 1 if the file has RGB only. Returns `Some(None)` if the primitive has no
+    /// colours, and `None` after reporting an error.
     fn colors(&self, report: &mut Report) -> Option<Option<Vec<[f32; 4]>>> {
         let semantic = Semantic::Colors(0);
         let accessor = self.json.attributes.get(&Checked::Valid(semantic.clone()));
@@ -267,7 +268,8 @@ impl Reader<'_> {
         Some(colors.map(clamped))
     }
 
-    /// Reads a vertex attribute. `Some(None)` if the primitive does not have it, `None` after a diagnostic.
+    /// Reads a vertex attribute; `noun` is its name in diagnostics. Returns `Some(None)` if the primitive does not have
+    /// the attribute, and `None` after reporting an error.
     fn attribute<T: Component, const N: usize>(
         &self,
         semantic: &Semantic,
@@ -290,8 +292,8 @@ impl Reader<'_> {
         Some(Some(values))
     }
 
-    /// Returns `true` if an attribute has as many elements as there are positions, or if one of the two is unknown.
-    /// Reports a mismatch.
+    /// Returns `true` if an attribute has as many elements as there are positions, or if one of the two numbers is
+    /// unknown. Reports an error if the numbers differ.
     fn fits(
         &self,
         name: &str,
@@ -311,7 +313,8 @@ impl Reader<'_> {
         length == positions.len()
     }
 
-    /// Reads the vertex indices. `Some(None)` if the primitive has none, `None` after a diagnostic.
+    /// Reads the vertex indices. Returns `Some(None)` if the primitive has no indices, and `None` after reporting an
+    /// error.
     fn indices(&self, report: &mut Report) -> Option<Option<Vec<u32>>> {
         let Some(accessor) = self.json.indices else { return Some(None) };
         let at = format!("{}/indices", self.at);
@@ -320,13 +323,14 @@ impl Reader<'_> {
     }
 }
 
-/// The number of elements of an attribute; `None` if it is absent or could not be read.
+/// The number of elements of an attribute. `None` if the attribute is absent or could not be read.
 fn length<T>(attribute: &Option<Option<Vec<T>>>) -> Option<usize> {
     attribute.as_ref()?.as_ref().map(Vec::len)
 }
 
-/// Combines joints and weights, and normalizes the weights to a sum of 1. A vertex without a usable weight follows its
-/// first joint. Joint indices too large for `u16` become `u16::MAX`, which a later check rejects for every skin.
+/// Combines the joint indices and weights of vertices, and normalizes the weights of each vertex to a sum of 1. A
+/// vertex whose weights have no positive, finite sum gets weight 1 for its first joint. Joint indices too large for
+/// `u16` become `u16::MAX`, which is larger than any valid index.
 fn join(joints: &[[u32; 4]], weights: &[[f32; 4]]) -> JointWeights {
     let joints =
         joints.iter().map(|four| four.map(|joint| u16::try_from(joint).unwrap_or(u16::MAX))).collect();
@@ -338,7 +342,8 @@ fn join(joints: &[[u32; 4]], weights: &[[f32; 4]]) -> JointWeights {
     JointWeights { joints, weights: weights.iter().map(normalized).collect() }
 }
 
-/// Returns the primitive with three separate vertices and a flat normal for each triangle.
+/// Returns the primitive with three separate vertices for each triangle, whose normals are the face normal of the
+/// triangle.
 fn with_flat_normals(shared: &Primitive) -> Primitive {
     fn gather<T: Copy>(values: &[T], indices: &[u32]) -> Vec<T> {
         indices.iter().filter_map(|index| values.get(*index as usize).copied()).collect()

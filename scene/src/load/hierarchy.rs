@@ -15,13 +15,13 @@ use crate::node::{LocalTransform, Node, NodeId};
 use crate::scene::Scene;
 use umbragraph_pipeline::diagnostic::way_of;
 
-/// All nodes, and their order with parents before children.
+/// All nodes of a document, and an order of the nodes with parents before their children.
 pub(super) struct Hierarchy {
     pub(super) nodes: Vec<Node>,
     pub(super) order: Vec<NodeId>,
 }
 
-/// Reads the nodes; `None` after a diagnostic if the nodes are not a forest of trees.
+/// Reads the nodes. Reports an error and returns `None` if a node has two parents or is its own ancestor.
 pub(super) fn read(root: &Root, report: &mut Report) -> Option<Hierarchy> {
     let mut nodes = Vec::with_capacity(root.nodes.len());
     for (index, json) in root.nodes.iter().enumerate() {
@@ -68,7 +68,8 @@ pub(super) fn read(root: &Root, report: &mut Report) -> Option<Hierarchy> {
     Some(Hierarchy { nodes, order: order.into_iter().map(|index| NodeId(index as u32)).collect() })
 }
 
-/// Lists the nodes reachable from `starts` depth first, parents before children, each node once.
+/// Lists the indices of the nodes reachable from `starts` in depth-first order, parents before children, each node
+/// once.
 fn walk(root: &Root, mut starts: Vec<usize>) -> Vec<usize> {
     starts.reverse();
     let (mut stack, mut order, mut seen) = (starts, Vec::new(), vec![false; root.nodes.len()]);
@@ -86,7 +87,8 @@ fn walk(root: &Root, mut starts: Vec<usize>) -> Vec<usize> {
     order
 }
 
-/// Reports the members of every cycle. Following parents from a node that no root reaches ends in a cycle.
+/// Reports the nodes of every cycle in the hierarchy. `reached` lists the nodes below roots. From any other node,
+/// following the parents leads into a cycle.
 fn report_cycle(nodes: &[Node], reached: &[usize], report: &mut Report) {
     let mut done = vec![false; nodes.len()];
     reached.iter().for_each(|index| done[*index] = true);
@@ -123,7 +125,8 @@ fn report_members(mut members: Vec<usize>, report: &mut Report) {
     report.error(codes::NOT_A_TREE, &at, message, "take one of them out of the children of the other");
 }
 
-/// The roots of the scene to draw: the default scene, else the first scene, else all nodes without a parent.
+/// The indices of the nodes from which the drawn nodes are reachable. They are the root nodes of the default scene or,
+/// without a default, of the first scene. All nodes if the document has no scene.
 fn shown_roots(root: &Root, report: &mut Report) -> Vec<usize> {
     let index = root.scene.map_or(0, |scene| scene.value());
     let scene = match root.scene {
@@ -159,7 +162,7 @@ fn one(root: &Root, index: usize, json: &JsonNode, report: &mut Report) -> Node 
     }
 }
 
-/// The morph weights of a node: its own if valid, else those of its mesh, else zeros.
+/// The morph weights of a node: its own weights if they are valid, else the weights of its mesh, else zeros.
 fn weights(
     root: &Root,
     json: &JsonNode,
@@ -223,7 +226,7 @@ fn local(index: usize, json: &JsonNode, at: &str, report: &mut Report) -> LocalT
     }
 }
 
-/// Marks the nodes that the first animation moves, and all their descendants.
+/// Sets `animated` for the nodes that the first animation changes, and for all their descendants.
 pub(super) fn mark_animated(scene: &mut Scene) {
     for channel in scene.animations.first().iter().flat_map(|animation| &animation.channels) {
         scene.nodes[channel.node.index()].animated = true;

@@ -19,7 +19,8 @@ use crate::codes;
 use crate::texture::{Image, Sampler, Texture};
 
 /// Reads the textures with the indices `wanted` and decodes their images. Returns one texture for each valid index, in
-/// that order. A texture whose image cannot be read refers to another image, after an error that makes loading fail.
+/// the order of `wanted`. An image that cannot be read is reported as an error; the image index of its texture is then
+/// meaningless.
 pub(super) fn read(
     accessors: &Accessors<'_>,
     wanted: &[usize],
@@ -56,15 +57,16 @@ pub(super) fn read(
     (images, textures)
 }
 
-/// The source of an image's encoded bytes.
+/// The place from which the encoded bytes of an image are read.
 #[derive(Clone, PartialEq, Eq, PartialOrd, Ord)]
 enum Source {
     File(String),
-    /// A range of a buffer: index of the buffer, byte offset, and number of bytes.
+    /// A byte range of a buffer: index of the buffer, byte offset, and number of bytes.
     View(usize, u64, u64),
 }
 
-/// The index of each decoded image by its source, and for each buffer the bytes already counted as image data.
+/// The index of each decoded image by its source, and for each buffer the number of bytes already counted as image
+/// data.
 #[derive(Default)]
 struct Sources {
     decoded: BTreeMap<Source, usize>,
@@ -72,7 +74,7 @@ struct Sources {
 }
 
 impl Sources {
-    /// The source of an image of the document; `None` if the image or its buffer view does not exist.
+    /// The source of the image with this index in the document. `None` if the image or its buffer view does not exist.
     fn of(&self, accessors: &Accessors<'_>, image: usize) -> Option<Source> {
         let json = accessors.root.images.get(image)?;
         if let Some(uri) = &json.uri {
@@ -82,8 +84,8 @@ impl Sources {
         Some(Source::View(view.buffer.value(), view.byte_offset.unwrap_or_default().0, view.byte_length.0))
     }
 
-    /// The number of an image's bytes that count towards the budget. The bytes of a buffer count at most once, even if
-    /// several images share them.
+    /// The number of bytes of an image by which the budget for decoded data is raised. The bytes of a buffer count at
+    /// most once, even if several images share them.
     fn new_bytes(&mut self, accessors: &Accessors<'_>, image: usize, bytes: usize) -> usize {
         match self.of(accessors, image) {
             Some(Source::View(buffer, ..)) => {

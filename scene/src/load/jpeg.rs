@@ -3,7 +3,7 @@
 //! glTF ignores metadata (Exif, XMP, color profiles, comments), and the decoder's time for it grows with the square of
 //! the number of its segments. Entropy-coded bytes between segments are copied. Source: ITU-T T.81, annex B.
 
-/// Returns the JPEG file without the segments APP1 to APP13, APP15 and comments, and without stray bytes between
+/// Returns the JPEG file without metadata (the segments APP1 to APP13, APP15 and COM) and without stray bytes between
 /// segments.
 pub(super) fn without_metadata(bytes: &[u8]) -> Vec<u8> {
     let mut kept = Vec::with_capacity(bytes.len());
@@ -40,8 +40,8 @@ pub(super) fn without_metadata(bytes: &[u8]) -> Vec<u8> {
     kept
 }
 
-/// The number of entropy-coded bytes before the next marker. A data byte 255 is followed by a zero byte, unlike a
-/// marker.
+/// The number of entropy-coded bytes before the next marker. In entropy-coded data, a byte 255 is followed by a zero
+/// byte; in a marker it is not.
 fn entropy_coded(bytes: &[u8]) -> usize {
     bytes.windows(2).position(|pair| pair[0] == 0xff && pair[1] != 0).unwrap_or(bytes.len())
 }

@@ -15,11 +15,12 @@ use crate::material::{AlphaMode, DEFAULT_F0, Map, Material};
 /// The default alpha cutoff of alpha-masked materials.
 const DEFAULT_CUTOFF: f32 = 0.5;
 
-/// The maximum of each emissive colour channel after `KHR_materials_emissive_strength`: the largest 16-bit float.
+/// The maximum of each emissive colour channel after multiplication by `KHR_materials_emissive_strength`: the largest
+/// 16-bit float.
 const MAX_EMISSION: f32 = 65_504.0;
 
-/// Reads the materials, with the default material added last, and the document indices of the textures in use.
-/// [`Map::texture`] is an index into that second list.
+/// Reads the materials and adds the default material as the last one. The second list has the index in the document of
+/// each texture in use; [`Map::texture`] is an index into this list.
 pub(super) fn read(root: &Root, report: &mut Report) -> (Vec<Material>, Vec<usize>) {
     let mut textures = Textures { root, list: Vec::new(), places: BTreeMap::new() };
     let mut materials = Vec::with_capacity(root.materials.len() + 1);
@@ -30,14 +31,14 @@ pub(super) fn read(root: &Root, report: &mut Report) -> (Vec<Material>, Vec<usiz
     (materials, textures.list)
 }
 
-/// Collects the textures in use, each once, in the order of their first use.
+/// Collects the indices of the textures in use, each once, in the order of their first use.
 struct Textures<'a> {
     root: &'a Root,
     list: Vec<usize>,
     places: BTreeMap<usize, usize>,
 }
 
-/// A reference to a texture in a material: texture index, coordinate set and extensions.
+/// A material's reference to a texture: index of the texture, texture coordinate set, and extensions of the reference.
 struct Named<'a> {
     index: usize,
     set: u32,
@@ -52,8 +53,8 @@ impl<'a> Named<'a> {
 }
 
 impl Textures<'_> {
-    /// Converts a texture reference at the JSON pointer `at` to a map. `None` if there is no texture, or after a
-    /// diagnostic.
+    /// Converts the texture reference at the JSON pointer `at` to a [`Map`]. Returns `None` if there is no reference,
+    /// or after reporting an error.
     fn map(&mut self, named: Option<Named<'_>>, at: &str, report: &mut Report) -> Option<Map> {
         let Named { index, mut set, extensions } = named?;
         report.lookup(&self.root.textures, index, "texture", &format!("{at}/index"))?;
@@ -167,8 +168,8 @@ fn one(index: usize, json: &JsonMaterial, textures: &mut Textures<'_>, report: &
     }
 }
 
-/// The reflectance of the dielectric at normal (f0) and grazing (f90) incidence, by the formulas of `KHR_materials_ior`
-/// and `KHR_materials_specular`.
+/// The reflectance of a dielectric at normal (f0: red, green, blue) and at grazing incidence (f90), by the formulas of
+/// `KHR_materials_ior` and `KHR_materials_specular`.
 fn reflectance(extensions: Option<&Object<String, Value>>, at: &str, report: &mut Report) -> ([f32; 3], f32) {
     let mut normal = DEFAULT_F0;
     if let Some(ior) = Extension::find(extensions, "KHR_materials_ior", at) {

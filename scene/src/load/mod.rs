@@ -51,19 +51,20 @@ use crate::scene::Scene;
 use accessor::Accessors;
 use report::Report;
 
-/// Loads a `.glb` or `.gltf` file. Its buffers and images must lie below the folder of the file or below the working
-/// folder.
+/// Loads a `.glb` or `.gltf` file. Buffers and images in files of their own must lie below the folder of the file or
+/// below the working folder.
 ///
 /// # Errors
-/// All diagnostics of the file, at least one of them an error.
+/// All diagnostics of the file, if at least one of them is an error.
 pub fn load(path: &Path) -> Result<Scene, Diagnostics> {
     load_below(path, Roots::of(path))
 }
 
-/// Loads a `.glb` or `.gltf` file. Its buffers and images must lie below one of `roots`.
+/// Loads a `.glb` or `.gltf` file. Buffers and images in files of their own must lie below one of the folders in
+/// `roots`.
 ///
 /// # Errors
-/// All diagnostics of the file, at least one of them an error.
+/// All diagnostics of the file, if at least one of them is an error.
 pub fn load_below(path: &Path, roots: Roots) -> Result<Scene, Diagnostics> {
     let name = path.display().to_string();
     match resource::read_file(path, &name) {
@@ -92,7 +93,7 @@ pub fn load_below(path: &Path, roots: Roots) -> Result<Scene, Diagnostics> {
 /// reads buffers and images that the document references by a relative URI.
 ///
 /// # Errors
-/// All diagnostics of the file, at least one of them an error.
+/// All diagnostics of the file, if at least one of them is an error.
 pub fn from_slice(name: &str, bytes: &[u8], resolver: &dyn Resolver) -> Result<Scene, Diagnostics> {
     let mut report = Report::new(name);
     let scene = read(name, bytes, resolver, &mut report);

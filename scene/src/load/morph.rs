@@ -10,12 +10,12 @@ use crate::codes;
 use crate::mesh::bounds_of;
 use crate::morph::{MAX_WEIGHT, MorphTarget};
 
-/// The number of morph targets of a mesh: the maximum of its primitives.
+/// The number of morph targets of a mesh: the largest number of targets of one of its primitives.
 pub(super) fn targets(mesh: &JsonMesh) -> usize {
     mesh.primitives.iter().filter_map(|primitive| primitive.targets.as_ref()).map(Vec::len).max().unwrap_or(0)
 }
 
-/// Returns `true` if there is one valid weight for each morph target; reports the reason if not.
+/// Returns `true` if there is one valid weight for each morph target. Otherwise reports an error and returns `false`.
 pub(super) fn check_weights(
     weights: &[f32],
     targets: usize,
@@ -37,8 +37,8 @@ pub(super) fn check_weights(
     broken.is_none()
 }
 
-/// Reads the morph targets of a primitive with `count` vertices. Displacements that cannot be read are left empty, with
-/// a diagnostic.
+/// Reads the morph targets of a primitive with `count` vertices. Displacements that cannot be read are reported as
+/// errors and left empty.
 pub(super) fn read(
     accessors: &Accessors<'_>,
     json: &[JsonTarget],

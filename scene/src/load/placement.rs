@@ -22,7 +22,7 @@ fn shown(scene: &Scene) -> Vec<NodeId> {
     scene.order.iter().copied().filter(|id| scene.node(*id).shown).collect()
 }
 
-/// Adds the cameras of the shown nodes to the scene.
+/// Adds the cameras of all drawn nodes to the scene. Unusable cameras are reported as errors and left out.
 pub(super) fn cameras(root: &Root, scene: &mut Scene, pose: &Pose, report: &mut Report) {
     for node in shown(scene) {
         let Some(index) = root.nodes[node.index()].camera else { continue };
@@ -57,7 +57,8 @@ pub(super) fn cameras(root: &Root, scene: &mut Scene, pose: &Pose, report: &mut 
     }
 }
 
-/// Returns `true`, after a diagnostic, if an object stands farther from the origin than [`MAX_DISTANCE`].
+/// Reports an error and returns `true` if an object is farther than [`MAX_DISTANCE`] (in metres) from the origin along
+/// an axis.
 fn is_out_of_reach(world: &DMat4, noun: &str, at: &str, report: &mut Report) -> bool {
     let farthest = world.w_axis.truncate().abs().max_element();
     let is_near = farthest <= MAX_DISTANCE;
@@ -94,7 +95,7 @@ fn projection(json: &gltf::json::Camera, at: &str, report: &mut Report) -> Optio
     found
 }
 
-/// Adds the lights of the shown nodes to the scene.
+/// Adds the lights of all drawn nodes to the scene. Unusable lights are reported as errors and left out.
 pub(super) fn lights(root: &Root, scene: &mut Scene, pose: &Pose, report: &mut Report) {
     let list: &[JsonLight] = root.as_ref();
     for node in shown(scene) {
@@ -130,7 +131,7 @@ pub(super) fn lights(root: &Root, scene: &mut Scene, pose: &Pose, report: &mut R
     }
 }
 
-/// Reads a value from the extras of the node and of the light; the node has priority.
+/// Reads a value from the extras of a node and of its light. The value of the node has priority.
 fn stronger<T>(extras: &[ObjectExtras; 2], read: impl FnMut(&ObjectExtras) -> Option<T>) -> Option<T> {
     extras.each_ref().map(read).into_iter().flatten().next()
 }

@@ -7,16 +7,16 @@ use umbragraph_pipeline::diagnostic::{Code, Diagnostic, Diagnostics, Severity};
 use super::limits::{FREE_DECODED_BYTES, MAX_DECODED_BYTES, MAX_DIAGNOSTICS};
 use crate::codes;
 
-/// Collects the diagnostics of one file, and counts the decoded bytes against a budget.
+/// Collects the diagnostics of one file, and limits the number of decoded bytes by a budget.
 pub(super) struct Report {
     file: String,
     errors: Diagnostics,
     warnings: Diagnostics,
     unlisted: usize,
     decoded_bytes: u64,
-    /// The maximum number of decoded bytes, given the bytes read so far.
+    /// The budget: the maximum number of decoded bytes, which grows with the number of bytes read.
     allowed_bytes: u64,
-    /// While set, errors are reported as warnings that name this fallback.
+    /// If set, errors are reported as warnings that mention this fallback, such as "white is used".
     instead: Option<&'static str>,
 }
 
@@ -51,7 +51,7 @@ impl Report {
         self.errors.push(Diagnostic::in_file(code, &*self.file, at, message).help(help));
     }
 
-    /// Reports an error and returns `None`, for use as the result of the caller.
+    /// Reports an error and returns `None`, so that a caller can report an error and return in one expression.
     pub(super) fn reject<T>(
         &mut self,
         code: Code,
@@ -76,7 +76,8 @@ impl Report {
         }
     }
 
-    /// Runs `read` for an optional part of the file. Its errors become warnings that name the fallback `instead`.
+    /// Runs `read`, which reads an optional part of the file. Errors of `read` are reported as warnings that mention
+    /// the fallback `instead`.
     pub(super) fn optional<T>(&mut self, instead: &'static str, read: impl FnOnce(&mut Self) -> T) -> T {
         let outer = self.instead.replace(instead);
         let result = read(self);
@@ -88,13 +89,14 @@ impl Report {
         !self.errors.is_empty()
     }
 
-    /// Raises the budget by `decoded_per_byte` for each of `bytes` bytes that were read.
+    /// Raises the budget for decoded bytes by `decoded_per_byte` for each of the `bytes` bytes that were read.
     pub(super) fn allow(&mut self, bytes: usize, decoded_per_byte: u64) {
         let allowed = (bytes as u64).saturating_mul(decoded_per_byte);
         self.allowed_bytes = self.allowed_bytes.saturating_add(allowed);
     }
 
-    /// Charges `bytes` decoded bytes to the budget. Reports an error and returns `false` if too few are left.
+    /// Charges `bytes` decoded bytes to the budget. Reports an error and returns `false` if the rest of the budget is
+    /// smaller.
     pub(super) fn charge(&mut self, bytes: u64, at: &str) -> bool {
         let total = self.decoded_bytes.saturating_add(bytes);
         let max = self.allowed_bytes.min(MAX_DECODED_BYTES);
@@ -114,7 +116,8 @@ impl Report {
         true
     }
 
-    /// The element `index` of a list of the document; `None` after a diagnostic if it does not exist.
+    /// The element `index` of a list of the document. `noun` names an element in diagnostics. Reports an error and
+    /// returns `None` if the element does not exist.
     pub(super) fn lookup<'a, T>(
         &mut self,
         list: &'a [T],
@@ -138,8 +141,8 @@ impl Report {
         found
     }
 
-    /// The value of an index into a list of the document. `None` if there is no index, or after a diagnostic if its
-    /// element does not exist.
+    /// The value of an index into a list of the document. Returns `None` if there is no index. Reports an error and
+    /// returns `None` if the element does not exist.
     pub(super) fn index<T, U>(
         &mut self,
         list: &[T],
@@ -151,7 +154,7 @@ impl Report {
         self.lookup(list, index, noun, at).map(|_| index)
     }
 
-    /// The value of an enumerated property; `None` after a diagnostic if glTF does not define the value.
+    /// The value of an enumerated property. Reports an error and returns `None` if glTF does not define the value.
     pub(super) fn known<T: Copy>(
         &mut self,
         value: &Checked<T>,

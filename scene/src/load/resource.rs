@@ -13,45 +13,45 @@ use umbragraph_pipeline::diagnostic::Code;
 use super::limits::MAX_FILE_BYTES;
 use super::report::Report;
 
-/// The reason for a failure to read the bytes of a URI.
+/// The error for a buffer or image whose bytes cannot be read from its URI.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ResolveError {
-    /// No file has this name.
+    /// The file with this name does not exist.
     #[error("{0:?} does not exist")]
     NotFound(String),
     /// The file exists but cannot be read.
     #[error("{name:?} cannot be read: {reason}")]
     Unreadable {
-        /// The name of the file, as the document gives it.
+        /// The name of the file, as written in the document.
         name: String,
         /// The error message of the operating system.
         reason: String,
     },
-    /// The file lies outside the folders that may be read.
+    /// The file with this name lies outside the folders that may be read.
     #[error("{0:?} is outside of the folders that may be read")]
     Outside(String),
-    /// The file is larger than [`MAX_FILE_BYTES`].
+    /// The file with this name has more than [`MAX_FILE_BYTES`] bytes.
     #[error("{0:?} is larger than a scene file may be")]
     TooLarge(String),
-    /// The URI is not a relative path: it has a scheme or is absolute.
+    /// The URI is not a usable relative path: it is empty or absolute, or has a scheme or a null character.
     #[error("{0:?} is not a relative path")]
     NotRelative(String),
-    /// A `data:` URI has no valid base64 data.
+    /// A `data:` URI does not contain valid base64 data.
     #[error("the data URI is not valid base64")]
     BrokenData,
-    /// The resolver reads no files, but the document references one by this name.
+    /// The resolver reads no files, but the document references a file with this name.
     #[error("{0:?} is a file of its own, and this scene is read from memory alone")]
     NoFiles(String),
 }
 
 /// Reads the files that a document references by relative paths.
 pub trait Resolver {
-    /// Reads the bytes of `path`, a relative, percent-decoded path with `/` between its parts.
+    /// Reads the bytes of the file at `path`, a relative, percent-decoded path with `/` between its parts.
     fn read(&self, path: &str) -> Result<Vec<u8>, ResolveError>;
 }
 
-/// A resolver that rejects all paths, for documents that contain all their data.
+/// A resolver that rejects all paths, for documents that contain all buffers and images themselves.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct NoFiles;
 
@@ -61,8 +61,8 @@ impl Resolver for NoFiles {
     }
 }
 
-/// A resolver that reads files relative to a folder. A file must lie below one of the roots after links and `..` are
-/// resolved.
+/// A resolver that reads files relative to a folder. Each file must lie below one of the root folders after links and
+/// `..` are resolved.
 #[derive(Clone, Debug)]
 pub struct Folder {
     folder: PathBuf,
@@ -70,14 +70,14 @@ pub struct Folder {
 }
 
 impl Folder {
-    /// Creates a resolver for the files below a folder and below the working folder.
+    /// Creates a resolver for paths relative to `folder`. Files may lie below `folder` and below the working folder.
     pub fn new(folder: impl Into<PathBuf>) -> Self {
         let folder = folder.into();
         let roots = Roots::below(&folder);
         Self { folder, roots }
     }
 
-    /// Replaces the roots below which files may lie.
+    /// Replaces the root folders below which files may lie.
     #[must_use]
     pub fn below(self, roots: Roots) -> Self {
         Self { roots, ..self }
@@ -110,7 +110,7 @@ fn failed(name: &str, error: &std::io::Error) -> ResolveError {
     }
 }
 
-/// Reads the bytes of a URI in a document: a `data:` URI or a relative path.
+/// Reads the bytes that a URI in a document refers to. The URI is a `data:` URI or a relative path.
 fn resolve(uri: &str, resolver: &dyn Resolver) -> Result<Vec<u8>, ResolveError> {
     if let Some(data) = uri.strip_prefix("data:") {
         let encoded = data.split_once(";base64,").ok_or(ResolveError::BrokenData)?.1;
@@ -126,7 +126,8 @@ fn resolve(uri: &str, resolver: &dyn Resolver) -> Result<Vec<u8>, ResolveError> 
     resolver.read(&path)
 }
 
-/// Reads the bytes of the URI of an object, such as "image 3", at a JSON pointer. `None` after a diagnostic.
+/// Reads the bytes that the URI of a glTF object refers to. Diagnostics name the object with `object`, such as "image
+/// 3"; `at` is its JSON pointer. Returns `None` after reporting an error.
 pub(super) fn resolve_of(
     uri: &str,
     resolver: &dyn Resolver,
@@ -144,7 +145,7 @@ pub(super) fn resolve_of(
     }
 }
 
-/// Shortens a URI to at most 80 characters and an ellipsis, for diagnostics.
+/// Cuts a URI with more than 80 characters after 80 characters, and adds an ellipsis, for diagnostics.
 fn shortened(uri: &str) -> String {
     match uri.char_indices().nth(80) {
         Some((end, _)) => format!("{}…", &uri[..end]),

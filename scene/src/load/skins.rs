@@ -11,7 +11,7 @@ use crate::skin::Skin;
 /// The tolerance for rounding errors in the last row of an inverse bind matrix, which should be 0, 0, 0, 1.
 const AFFINE_TOLERANCE: f32 = 1e-4;
 
-/// Reads all skins. Errors are reported, and joints or matrices that cannot be read are left out.
+/// Reads all skins. Joints and inverse bind matrices that cannot be read are reported as errors and left out.
 pub(super) fn read(accessors: &Accessors<'_>, report: &mut Report) -> Vec<Skin> {
     let root = accessors.root;
     let mut skins = Vec::with_capacity(root.skins.len());

@@ -16,14 +16,15 @@ use bevy_mikktspace::{Geometry, TangentSpace, generate_tangents};
 use crate::material::Map;
 use crate::mesh::Primitive;
 
-/// The maximum number of triangles around one vertex; primitives with more get no tangents.
+/// The maximum number of triangles that meet at one vertex; primitives with more get no tangents.
 const MAX_AROUND: usize = 1024;
 
-/// The exclusive limit of absolute values of coordinates, so that sums of their squares fit `f32`.
+/// The exclusive limit of absolute values of positions and texture coordinates, so that sums of their squares fit
+/// `f32`.
 const MAX: f32 = 1e15;
 
-/// The input and output of MikkTSpace: a primitive, its normal map coordinates, and a tangent for each corner of a
-/// triangle.
+/// The input and output of MikkTSpace: a primitive, the normal map coordinates of each vertex, and a tangent for each
+/// corner of each triangle.
 struct Corners<'a> {
     primitive: &'a Primitive,
     texcoords: Vec<[f32; 2]>,
@@ -35,8 +36,8 @@ impl Corners<'_> {
         self.primitive.indices[3 * face + corner] as usize
     }
 
-    /// Returns `true` if MikkTSpace can process the primitive: finite, moderate values and at most [`MAX_AROUND`]
-    /// triangles around a vertex.
+    /// Returns `true` if MikkTSpace can process the primitive: values are below [`MAX`], and at most [`MAX_AROUND`]
+    /// triangles meet at a vertex.
     fn fits(&self) -> bool {
         let Primitive { positions, normals, indices, .. } = self.primitive;
         let mut values = positions.iter().flatten().chain(self.texcoords.iter().flatten());
@@ -87,7 +88,7 @@ impl Geometry for Corners<'_> {
     }
 }
 
-/// Adds tangents for a normal map to a primitive. Primitives that skins or morph targets can move get none.
+/// Adds tangents for a normal map to a primitive. Primitives with skinning attributes or morph targets get no tangents.
 pub(super) fn add(primitive: &mut Primitive, map: &Map) {
     let Some(details) = &primitive.details else { return };
     if primitive.joints.is_some() || !primitive.targets.is_empty() {
@@ -171,8 +172,8 @@ mod tests {
         assert!(found.iter().zip(wanted).all(|(a, b)| (a - b).abs() < 1e-6), "{found:?} is not {wanted:?}");
     }
 
-    /// The first coordinate runs to the right and the second one down, as in glTF: the bitangent, cross(normal,
-    /// tangent) times the sign, points up.
+    /// The first texture coordinate increases to the right and the second one downwards, as in glTF. So the bitangent,
+    /// cross(normal, tangent) times the sign, points up.
     #[test]
     fn tangents_of_a_square_are_those_by_hand() {
         let corners = [
@@ -196,7 +197,7 @@ mod tests {
         tangents(&transformed).into_iter().for_each(|tangent| assert_near(tangent, [-1.0, 0.0, 0.0, -1.0]));
     }
 
-    /// Two squares side by side, whose coordinates are each other's mirror image: the edge between them is split.
+    /// Two squares side by side have mirrored texture coordinates, so the vertices of their common edge are duplicated.
     #[test]
     fn mirrored_coordinates_split_their_edge() {
         let corners = [

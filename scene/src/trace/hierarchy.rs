@@ -18,16 +18,17 @@ use glam::{DVec3, Vec3};
 /// The value of [`Node::triangle`] for an inner node.
 pub const INNER: u32 = u32::MAX;
 
-/// The depth from which on nodes are split at the median of their triangles instead of by surface area.
+/// The tree depth from which nodes are split at their median triangle instead of by the surface area heuristic.
 pub const MAX_SAH_DEPTH: u32 = 40;
 
 /// The number of bins along each axis for the surface area heuristic.
 const BINS: usize = 16;
 
-/// The maximum growth factor of the total surface area of all boxes by refitting; beyond it the hierarchy is rebuilt.
+/// The maximum factor by which refitting may increase the total surface area of all boxes before the hierarchy is
+/// rebuilt.
 const MAX_GROWTH: f32 = 2.0;
 
-/// An axis-aligned box of 32-bit coordinates.
+/// An axis-aligned box with 32-bit coordinates, in metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Box32 {
     /// The corner with the minimum coordinates.
@@ -40,7 +41,8 @@ impl Box32 {
     /// The empty box. Its coordinates are finite: the minimum is `f32::MAX`, the maximum `f32::MIN`.
     pub const EMPTY: Self = Self { min: Vec3::MAX, max: Vec3::MIN };
 
-    /// The box around the corners of a triangle, rounded outwards; empty if a coordinate is not finite as `f32`.
+    /// The box around the corners of a triangle, rounded outwards to `f32`. It is empty if a coordinate is not finite
+    /// as `f32`.
     pub fn around(corners: [DVec3; 3]) -> Self {
         let [a, b, c] = corners;
         let (min, max) = (a.min(b).min(c), a.max(b).max(c));
@@ -69,18 +71,18 @@ impl Box32 {
     }
 }
 
-/// A node of the hierarchy: a box, the index of the node after its subtree, and the triangle of a leaf. Shaders read
-/// this memory layout.
+/// A node of the hierarchy: a bounding box, the index of the first node after the subtree, and the triangle of a leaf.
+/// Shaders read this memory layout.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Node {
-    /// The corner of the box with the minimum coordinates.
+    /// The corner of the bounding box with the minimum coordinates, in metres.
     pub min: [f32; 3],
-    /// The index of the first node after the subtree: the next node for a ray that misses the box.
+    /// The index of the first node after the subtree, at which a ray that misses the bounding box continues.
     pub exit: u32,
-    /// The corner of the box with the maximum coordinates.
+    /// The corner of the bounding box with the maximum coordinates, in metres.
     pub max: [f32; 3],
-    /// The index of the triangle for a leaf; [`INNER`] for an inner node.
+    /// The index of the triangle of a leaf node; [`INNER`] for an inner node.
     pub triangle: u32,
 }
 
@@ -94,24 +96,24 @@ impl Node {
     }
 }
 
-/// A bounding volume hierarchy over triangles, which are identified by their index in a list of boxes.
+/// A bounding volume hierarchy over triangles. A triangle is identified by the index of its bounding box in a list.
 #[derive(Clone, Debug, Default)]
 pub struct Hierarchy {
     nodes: Vec<Node>,
-    /// The sum of half the surface areas of all boxes when the hierarchy was last built.
+    /// Half the total surface area of all boxes after the last build, in square metres.
     area: f32,
 }
 
 /// The kind of change that [`Hierarchy::refit`] made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Refit {
-    /// Boxes of nodes have changed; the nodes kept their order.
+    /// The bounding boxes of nodes were updated; the nodes kept their order.
     Moved,
-    /// The hierarchy was built anew, so all nodes may have changed.
+    /// The hierarchy was rebuilt, so all nodes may have changed.
     Rebuilt,
 }
 
-/// A range of triangles that is still to be split, and its node.
+/// A range of triangles that is still to be split, and the index and depth of the node for it.
 struct Part {
     begin: usize,
     end: usize,
@@ -120,7 +122,7 @@ struct Part {
 }
 
 impl Hierarchy {
-    /// Builds a hierarchy over triangles with these bounding boxes.
+    /// Builds a hierarchy over triangles with the bounding boxes `boxes`, one for each triangle.
     pub fn build(boxes: &[Box32]) -> Self {
         let mut hierarchy = Self::default();
         hierarchy.rebuild(boxes);
@@ -161,7 +163,7 @@ impl Hierarchy {
         self.area = self.surface();
     }
 
-    /// Computes the box of each node from its triangle, or from the boxes of its children.
+    /// Computes the bounding box of each node, from its triangle or from its children.
     fn fit(&mut self, boxes: &[Box32]) {
         for at in (0..self.nodes.len()).rev() {
             let node = self.nodes[at];
@@ -179,8 +181,8 @@ impl Hierarchy {
         self.nodes.iter().map(|node| node.bounds().area()).sum()
     }
 
-    /// Updates the hierarchy with the new boxes of the same triangles. It is rebuilt if the surface areas have grown
-    /// too much.
+    /// Updates the hierarchy with new bounding boxes of the same triangles. The hierarchy is rebuilt if its total
+    /// surface area is more than twice that of the last build.
     pub fn refit(&mut self, boxes: &[Box32]) -> Refit {
         self.fit(boxes);
         if self.surface() <= MAX_GROWTH * self.area {
@@ -191,8 +193,8 @@ impl Hierarchy {
     }
 }
 
-/// Partitions a range of triangles at the bin boundary with the least surface area cost. Returns the number of
-/// triangles before it; `None` if no boundary separates the box centres.
+/// Partitions a list of triangles at the bin boundary with the least surface area cost. Returns the number of triangles
+/// before the boundary, or `None` if no boundary separates the box centres.
 fn split_by_area(part: &mut [u32], boxes: &[Box32], middles: &[Vec3]) -> Option<usize> {
     let mut low = Vec3::MAX;
     let mut high = Vec3::MIN;
@@ -239,7 +241,8 @@ fn split_by_area(part: &mut [u32], boxes: &[Box32], middles: &[Vec3]) -> Option<
     (first > 0 && first < part.len()).then_some(first)
 }
 
-/// Partitions a range of triangles at the median along its longest axis. Returns the number of triangles before it.
+/// Partitions a list of triangles at their median along the longest axis. Returns the number of triangles before the
+/// median.
 fn split_in_the_middle(part: &mut [u32], middles: &[Vec3]) -> usize {
     let mut low = Vec3::MAX;
     let mut high = Vec3::MIN;
@@ -263,8 +266,8 @@ mod tests {
         Box32::around([at, at + DVec3::X * size, at + DVec3::Y * size])
     }
 
-    /// Asserts that each triangle has one leaf, each box contains the boxes of its subtree, and each exit lies after
-    /// its node.
+    /// Asserts that each triangle has one leaf, that each box contains the boxes of its subtree, and that each exit
+    /// lies after its node.
     #[track_caller]
     fn assert_sound(hierarchy: &Hierarchy, boxes: &[Box32]) {
         let nodes = hierarchy.nodes();

@@ -29,39 +29,41 @@ use crate::pose::Pose;
 use crate::scene::{Draw, Scene};
 use crate::texture::Sampler;
 
-/// The flag of a triangle that casts shadows. Shaders use the values of these four flags.
+/// The flag bit of a triangle that casts shadows. Shaders contain the same values of `CASTS`, `DOUBLE_SIDED`, `MASKED`
+/// and `MIRRORED`.
 const CASTS: u32 = 1;
 const DOUBLE_SIDED: u32 = 2;
 const MASKED: u32 = 4;
 const MIRRORED: u32 = 8;
 
-/// The sampling flag for linear filtering of a mask; the following flags select address modes. Shaders use their
-/// values.
+/// The flag bit for linear filtering of an alpha mask. Shaders contain the same values of `LINEAR` and of the address
+/// mode flags from `CLAMP_U` to `MIRROR_V`.
 const LINEAR: u32 = 1;
 const CLAMP_U: u32 = 2;
 const MIRROR_U: u32 = 4;
 const CLAMP_V: u32 = 8;
 const MIRROR_V: u32 = 16;
 
-/// The minimum number of rows of 16 bytes, so that the buffer of an empty scene can be bound.
+/// The minimum number of rows (16 bytes each) in a buffer, so that the buffer of an empty scene can be bound.
 const MIN_ROWS: usize = 4;
 
-/// The number of rows in an upload block: 4 KiB, the granularity of updates.
+/// The number of rows in an upload block (4 KiB). Changes are tracked and uploaded in whole blocks.
 const BLOCK: usize = 256;
 
-/// The error for a scene that needs more bytes than the buffer may have.
+/// The error for a scene that needs more bytes than its buffer for ray tracing may have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{triangles} triangles and their masks need {needed} bytes, which is more than {max}")]
 pub struct TooLarge {
-    /// The number of triangles of the scene.
+    /// The number of triangles to be packed.
     pub triangles: u64,
     /// The number of bytes that the packed scene needs.
     pub needed: u64,
-    /// The maximum number of bytes of the buffer.
+    /// The maximum size of the buffer in bytes.
     pub max: u64,
 }
 
-/// A scene in a pose, packed into rows of four 32-bit words for ray tracing in shaders.
+/// The triangles of a scene in a pose and their bounding volume hierarchy, packed into rows of four 32-bit words for
+/// ray tracing in shaders.
 #[derive(Clone, Debug)]
 pub struct PackedScene {
     rows: Vec<[u32; 4]>,
@@ -70,30 +72,30 @@ pub struct PackedScene {
     parts: Vec<Part>,
     /// The index of the row with the first triangle.
     first: usize,
-    /// For each upload block, whether it has changed since the last call of [`PackedScene::changes`].
+    /// One flag for each upload block: `true` if it has changed since the last call of [`PackedScene::changes`].
     changed: Vec<bool>,
     places: Vec<DVec3>,
 }
 
-/// The location of a draw's triangles in the packed scene.
+/// The triangles of one draw in the packed scene, with flags and locations of the data for its alpha mask.
 #[derive(Clone, Copy, Debug)]
 struct Part {
     draw: Draw,
     /// The index of the draw's first triangle in the packed scene.
     first: usize,
     flags: u32,
-    /// The row of the draw's first texture coordinates; 0 without a mask. `mask` is the row of the mask.
+    /// The row with the draw's first texture coordinates; 0 without a mask. `mask` is the row with the draw's mask.
     texcoords: usize,
     mask: usize,
 }
 
-/// The alpha mask of a draw.
+/// The alpha test of a draw: passed everywhere, passed nowhere, or decided by a texture.
 enum Mask {
-    /// The draw has no holes.
+    /// Every point of the draw is opaque.
     Whole,
-    /// The draw is fully transparent.
+    /// No point of the draw is visible.
     Hole,
-    /// The texture's alpha times `factor` decides: less than `cutoff` is a hole. `texture` is an index in
+    /// Points at which the texture's alpha times `factor` is below `cutoff` are holes. `texture` is an index in
     /// [`Scene::textures`].
     Texture { texture: usize, factor: f32, cutoff: f32 },
 }
@@ -120,10 +122,10 @@ fn sampling(sampler: Sampler) -> u32 {
 }
 
 impl PackedScene {
-    /// Packs a scene in a pose.
+    /// Packs the triangles of a scene in a pose, of the finest level of detail and without alpha-blended materials.
     ///
     /// # Errors
-    /// The packed scene needs more than `max` bytes.
+    /// [`TooLarge`] if the packed scene needs more than `max` bytes.
     pub fn new(scene: &Scene, pose: &Pose, max: u64) -> Result<Self, TooLarge> {
         let mut parts = Vec::new();
         let (mut triangles, mut masked, mut masks) = (0_usize, 0_usize, 0_usize);
@@ -186,7 +188,8 @@ impl PackedScene {
         Ok(packed)
     }
 
-    /// Writes texture coordinates, masks and their alpha, which do not depend on the pose.
+    /// Writes the data of alpha-masked draws that does not depend on the pose: texture coordinates, masks and alpha
+    /// texels.
     fn pack_masks(&mut self, scene: &Scene, images: &BTreeMap<usize, usize>, first_texel: usize) {
         for part in &self.parts {
             let Mask::Texture { texture, factor, cutoff } = mask_of(scene, part.draw) else { continue };
@@ -261,8 +264,8 @@ impl PackedScene {
         }
     }
 
-    /// Updates the triangles of the draws for which `moved` returns `true`, and refits the hierarchy. No work is done
-    /// if none moved.
+    /// Updates the triangles of the draws for which `moved` returns `true`, and refits the hierarchy. Does nothing if
+    /// no draw has moved.
     pub fn follow(&mut self, scene: &Scene, pose: &Pose, moved: impl Fn(Draw) -> bool) {
         if self.parts.iter().any(|part| moved(part.draw)) {
             self.place(scene, pose, moved);
@@ -281,7 +284,8 @@ impl PackedScene {
         cast_slice(&self.rows)
     }
 
-    /// Calls `each` with the byte offset and the bytes of each changed range since the last call.
+    /// Calls `each` with the byte offset and the bytes of each range that has changed since the last call of this
+    /// method.
     pub fn changes(&mut self, mut each: impl FnMut(u64, &[u8])) {
         let mut at = 0;
         while at < self.changed.len() {
@@ -301,8 +305,8 @@ mod tests {
     use super::*;
     use crate::trace::Node;
 
-    /// A scene with `still` static and `moving` animated nodes of one triangle each. `corner` is the z coordinate
-    /// of its third corner. In one second, an animated node moves along x by its index in metres.
+    /// A scene with `still` static and `moving` animated nodes of one triangle each. `corner` is the z coordinate of
+    /// the triangle's third corner. In one second, animated node `n` moves along x by `n` metres.
     fn scene(still: usize, moving: usize, corner: f32) -> Scene {
         let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, corner]];
         let mut bytes: Vec<u8> = corners.iter().flatten().flat_map(|part: &f32| part.to_le_bytes()).collect();

@@ -98,7 +98,8 @@ impl<'a> Found<'_, 'a> {
         }
     }
 
-    /// Returns the names that can be keys here, such as bindings and passes, each with kind, detail and description.
+    /// Returns the names that can be keys at the cursor, such as bindings and passes. Each has a kind, a short detail
+    /// and a description.
     fn named_keys(&self) -> Vec<(CandidateKind, String, Option<String>, Option<String>)> {
         let context = self.context;
         let pass = || context.pass(self.position);

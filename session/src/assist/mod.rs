@@ -75,7 +75,7 @@ pub struct Candidate {
     pub description: Option<String>,
 }
 
-/// The kinds of candidates.
+/// The kinds of completion candidates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CandidateKind {
     /// An object key that the JSON schema defines.
@@ -291,10 +291,12 @@ impl Session {
         })
     }
 
-    /// Renames the declaration at a position in all files of the pipeline. Returns `None` if no declared name is there.
+    /// Returns the edits that rename the declaration at a position, and all its uses, in the pipeline's files. Returns
+    /// `None` if no declared name is there.
     ///
     /// # Errors
-    /// Returns [`Cancelled`] after [`Cancel::set`](crate::Cancel::set). The inner error is a name that cannot be given.
+    /// Returns [`Cancelled`] after [`Cancel::set`](crate::Cancel::set). The inner result is an error if the new name is
+    /// invalid or taken, or if a use cannot be renamed.
     pub fn rename(&mut self, cursor: &Cursor<'_>, name: &str) -> Result<Option<Renamed>, Cancelled> {
         self.around(cursor, |context| {
             let (id, _) = declaration_at(context)?;
@@ -314,8 +316,8 @@ fn declaration_at(context: &Context<'_>) -> Option<(Id, Span)> {
     Some((id, places.min_by_key(|place| place.end - place.start)?))
 }
 
-/// Returns the declaration whose name is at the cursor, or the one that the key at the cursor declares again in another
-/// file.
+/// Returns the declaration whose name is at the cursor. For a key that declares a name again in another file, returns
+/// the declaration of that name.
 fn declared_at(context: &Context<'_>) -> Option<Id> {
     declaration_at(context).map(|(id, _)| id).or_else(|| {
         let site = context.site();
@@ -351,7 +353,8 @@ fn told(context: &Context<'_>, id: Id) -> Option<String> {
     Some(human(&things))
 }
 
-/// Returns the place of the template or binding that the cursor names, and the path of a file that it names.
+/// Returns the place of the template or binding that is named at the cursor. For the path of a file, returns the path
+/// in place of a source range.
 fn definition_besides(context: &Context<'_>) -> (Vec<Span>, Option<std::path::PathBuf>) {
     let site = context.site();
     let position = context.position(&site);

@@ -4,7 +4,7 @@ use serde_json::{Map, Value as Json};
 
 use crate::graph::document::Signs;
 
-/// The rules of a JSON schema for one value, of all its alternatives together.
+/// The rules of a JSON schema for one value: its schema object, and all that it refers to or lists as alternatives.
 #[derive(Clone, Debug)]
 pub(super) struct Rules<'s> {
     root: &'s Json,
@@ -69,7 +69,7 @@ impl<'s> Rules<'s> {
         keys.into_iter().map(|key| (key, self.clone().below([key]))).collect()
     }
 
-    /// Returns the constant strings that the value can be, each with its description; `None` if it has none.
+    /// Returns the constant strings that the value can be, each with its description; `None` for a string without one.
     pub(super) fn words(&self) -> Vec<(&'s str, Option<&'s str>)> {
         let mut words = Vec::new();
         for one in &self.all {

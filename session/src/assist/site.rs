@@ -29,7 +29,7 @@ pub(super) enum Spot<'d> {
 }
 
 impl<'d> Site<'d> {
-    /// Finds the location of a byte offset in `text`, from which `root` was parsed.
+    /// Finds the location of a byte offset in `text`; `root` is the document parsed from `text`.
     pub(super) fn find(root: &'d Value, text: &str, offset: usize) -> Self {
         let (mut value, mut way) = (root, Vec::new());
         loop {

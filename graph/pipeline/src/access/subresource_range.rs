@@ -110,8 +110,8 @@ impl SubresourceRange {
             && (self.aspect == Aspect::All || self.aspect == other.aspect)
     }
 
-    /// The four plain ranges that contain this range: with and without its mip level, and with and without its layer.
-    /// This range must be plain; see [`Self::is_plain`].
+    /// The four ranges that contain this range: its mip level or all levels, combined with its layer or all layers.
+    /// This range must satisfy [`Self::is_plain`].
     pub fn plain_around(self) -> [Self; 4] {
         [self, Self { mip: None, ..self }, Self { layer: None, ..self }, Self::WHOLE]
     }
@@ -143,8 +143,8 @@ impl std::fmt::Display for SubresourceRange {
     }
 }
 
-/// Normalises a range for comparison with others: its aspect is depth or stencil only if a format of the texture may
-/// have both.
+/// Normalises a range for comparison with other ranges. The resulting aspect is depth or stencil only if a possible
+/// format of the texture has both aspects.
 pub fn canonical(texture: &TextureDeclaration, range: SubresourceRange, usage: Usage) -> SubresourceRange {
     let mut formats = texture.format.names().iter().filter_map(|name| parse_format(name));
     let both = formats.any(|format| format.is_combined_depth_stencil_format());
@@ -171,7 +171,7 @@ mod tests {
         })
     }
 
-    /// The subresources of an eight by eight texture with two aspects.
+    /// The subresources of a range, in a texture with 8 mip levels, 8 layers, depth and stencil.
     fn members(range: SubresourceRange) -> Vec<(u32, u32, Aspect)> {
         let within = |run: Option<IndexRange<u32>>, at: u32| {
             run.is_none_or(|run| run.first <= at && at < run.first + run.count)

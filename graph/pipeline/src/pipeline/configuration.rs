@@ -28,11 +28,11 @@ pub struct TypedPipeline {
     pub features: BTreeMap<String, Feature>,
     /// The derived values, by name.
     pub derived: BTreeMap<String, Derived>,
-    /// Values that follow from parameters: derived values and arguments of subgraphs. Each entry depends only on
-    /// parameters and on earlier entries.
+    /// The derived values, and the arguments of subgraphs, that depend on parameters. Each entry uses only parameters
+    /// and earlier entries.
     pub following: Vec<Following>,
-    /// Arguments and derived values of subgraphs that follow from parameters, by internal names that no document can
-    /// write.
+    /// The current values of arguments and derived values of subgraphs that depend on parameters. The keys are internal
+    /// names that no document can write.
     pub given: BTreeMap<String, Value>,
     /// The constraints whose violation is an error.
     pub constraints: Vec<Constraint>,
@@ -50,7 +50,7 @@ pub struct TypedPipeline {
     pub passes: Vec<Pass>,
     /// The programs; a [`ProgramHandle`] is an index into this list.
     pub programs: Vec<Program>,
-    /// The template variants whose own diagnostics were reported, as template name and axis values.
+    /// The shader variants whose diagnostics were already reported, as template name and axis values.
     pub rejected: BTreeSet<(String, umbragraph_shaders::AxisValues)>,
     /// Resources that a pass with errors mentions, so that their writers and readers are not fully known.
     pub uncertain: BTreeSet<ResourceHandle>,
@@ -60,7 +60,7 @@ pub struct TypedPipeline {
     pub gaps: Vec<String>,
     /// The record of required programs and of present and absent passes; `None` unless the load options request it.
     pub survey: Option<Survey>,
-    /// The sources that places in the document refer to.
+    /// The texts of the source files to which the source locations (`Span`) refer.
     pub sources: Sources,
 }
 

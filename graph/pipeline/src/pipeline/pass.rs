@@ -23,9 +23,11 @@ pub struct Pass {
     pub pointer: String,
     /// The scope of names for expressions in the pass's settings.
     pub environment: Arc<Environment>,
-    /// Passes that must run before this one because of `after`, in addition to those required by data.
+    /// The passes that must run before this pass because of an `after` setting. An order that follows only from data is
+    /// not listed here.
     pub after: Vec<PassHandle>,
-    /// Whether the pass must follow a pass that does not exist. An error was reported, and its order is not known.
+    /// Whether an `after` setting names a pass that does not exist. An error was then reported, and the order of this
+    /// pass is not known.
     pub is_misplaced: bool,
     /// Whether the pass is kept even if nothing reads its outputs.
     pub side_effect: bool,
@@ -67,7 +69,7 @@ impl Pass {
         &self.work
     }
 
-    /// The accesses of the pass: those of its work, and those of fallbacks.
+    /// The accesses of the pass to resources, including reads of fallbacks in frames in which other passes are off.
     pub fn accesses(&self) -> &[Access] {
         &self.accesses
     }

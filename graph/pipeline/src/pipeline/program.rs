@@ -19,11 +19,12 @@ use wgpu_types::{BindingType, SamplerBindingType, TextureSampleType};
 pub struct Program {
     /// The template's name.
     pub template: String,
-    /// The axis values that the pipeline chose; all other axes have their defaults.
+    /// The axis values that the pipeline chose. All other axes have their defaults, except the axes in `from_target`.
     pub axes: AxisValues,
-    /// The names of axes that follow from the format of a pass's target, because the pipeline chose no value for them.
+    /// The names of axes that follow the first color attachment of the pass, because the pipeline chose no value for
+    /// them. Their value is `true` if the attachment's format has no `-srgb` suffix.
     pub from_target: Vec<String>,
-    /// The variants, the one without any mesh property first.
+    /// The variants; the first is the variant without any mesh property.
     pub variants: Vec<ProgramVariant>,
     /// The union of the variants' bindings, sorted by group and binding number.
     pub bindings: Vec<ProgramBinding>,
@@ -131,8 +132,8 @@ impl Program {
         self.bindings.iter().find(|known| known.group == group && known.entry.binding == binding)
     }
 
-    /// The type of a binding in a bind group with these slots. Nearest samplers, and textures that only nearest
-    /// samplers read, become non-filtering.
+    /// The type of a binding in the layout of a bind group with these slots. Nearest samplers, and textures that only
+    /// nearest samplers read, become non-filtering.
     pub fn bound_type(&self, binding: &ProgramBinding, slots: &[BoundSlot]) -> BindingType {
         let place = (binding.group, binding.entry.binding);
         let is_nearest = |(group, binding): (u32, u32)| {

@@ -23,7 +23,7 @@ pub struct Resource {
     pub environment: Arc<Environment>,
     /// The kind of the resource.
     pub kind: ResourceKind,
-    /// The position among the frames of a history; `None` for a resource without earlier frames.
+    /// The position of the resource in a history of frames; `None` if earlier frames of the resource are not kept.
     pub history: Option<History>,
 }
 
@@ -98,13 +98,13 @@ pub struct History {
     pub of: ResourceHandle,
     /// The age of the contents in frames; 0 for the resource that the current frame writes.
     pub back: u32,
-    /// The number of earlier frames that can be read. Their resources follow that of the current frame in the list of
-    /// resources, the newest first.
+    /// The number of earlier frames that can be read. Their resources follow the current frame's resource in the list
+    /// of resources, the newest first.
     pub frames: u32,
 }
 
 impl History {
-    /// The resources of a history: that of the current frame, then those of earlier frames by age.
+    /// The resources of a history, from the current frame to the oldest frame.
     pub fn members(self) -> impl Iterator<Item = ResourceHandle> {
         (self.of.0..=self.of.0 + self.frames).map(ResourceHandle)
     }

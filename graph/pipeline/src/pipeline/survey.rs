@@ -6,7 +6,7 @@ use umbragraph_shaders::{AxisValues, Stage};
 use umbragraph_text::document::{Entry, Kind, Value, pointer_join};
 use umbragraph_text::source::Span;
 
-/// A template with chosen axis values, mesh properties and entry points.
+/// A shader template with chosen axis values, mesh properties and entry points.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Chosen {
     /// The name of the template.
@@ -38,11 +38,11 @@ pub struct Wanted {
 pub struct Absent {
     /// The name of the pass, loop or use of a subgraph in the document.
     pub name: String,
-    /// The place of the `when` condition, or of the rounds of the loop, that decides the absence.
+    /// The place of the `when` condition or the `for_each` value that decides the absence.
     pub decided_by: Span,
     /// Whether a `when` expression of a pass at the top level of the document decides the absence.
     pub is_top: bool,
-    /// The JSON pointer of the deciding condition or rounds.
+    /// The JSON pointer of the deciding `when` condition or `for_each` value.
     pub pointer: String,
 }
 

@@ -43,7 +43,7 @@ pub struct Toggle {
 /// A condition on the state of a toggle: on or off.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Condition {
-    /// The index in [`TypedPipeline::toggles`](crate::pipeline::TypedPipeline::toggles).
+    /// The index of the toggle in [`TypedPipeline::toggles`](crate::pipeline::TypedPipeline::toggles).
     pub toggle: usize,
     /// Whether the toggle must be on; `false` if it must be off.
     pub on: bool,

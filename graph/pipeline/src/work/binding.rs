@@ -121,7 +121,7 @@ pub struct TextureView {
     pub mip: Option<IndexRange<u32>>,
     /// The layers of the view; `None` for all.
     pub layer: Option<IndexRange<u32>>,
-    /// The aspect; a shader reads either the depth or the stencil of a format that has both.
+    /// The aspect of the view; a shader reads either the depth or the stencil of a format that has both.
     pub aspect: Aspect,
     /// The format of the texture view; `None` for the texture's own format.
     pub format: Option<wgpu_types::TextureFormat>,
@@ -135,7 +135,7 @@ pub struct TextureView {
 pub struct Sampler {
     /// The filter within a mip level and between mip levels.
     pub filter: Filter,
-    /// The address mode.
+    /// The address mode for texture coordinates outside of the texture.
     pub address: Address,
     /// The comparison of reference values with texels, for comparison samplers; `None` for other samplers.
     pub compare: Option<Compare>,
@@ -173,7 +173,7 @@ umbragraph_text::webgpu_words! {
     Filter = wgpu_types::FilterMode {
         /// The nearest texel.
         Nearest,
-        /// A linear mix of the nearest texels.
+        /// Linear interpolation of the nearest texels.
         #[default]
         Linear,
     }
@@ -183,20 +183,20 @@ umbragraph_text::webgpu_words! {
     /// The address mode for coordinates outside of the texture.
     #[derive(Default)]
     Address = wgpu_types::AddressMode {
-        /// The edge's texels.
+        /// The nearest texel of the texture's edge.
         #[default]
         ClampToEdge,
-        /// The texture again.
+        /// The texture, repeated.
         Repeat,
-        /// The texture again, mirrored.
+        /// The texture, repeated and mirrored each time.
         MirrorRepeat,
     }
 }
 
 umbragraph_text::webgpu_words! {
-    /// A comparison, by WebGPU's names.
+    /// A comparison function of a depth test, a stencil test or a comparison sampler.
     Compare = wgpu_types::CompareFunction {
-        /// Nothing passes.
+        /// The comparison never passes.
         Never,
         /// `<`
         Less,
@@ -210,7 +210,7 @@ umbragraph_text::webgpu_words! {
         NotEqual,
         /// `>=`
         GreaterEqual,
-        /// Everything passes.
+        /// The comparison always passes.
         Always,
     }
 }

@@ -99,7 +99,7 @@ pub struct SceneDraw {
     pub filter: String,
     /// The blackboard data whose views are drawn.
     pub views: Subresource,
-    /// The shader program.
+    /// The shader program that draws the meshes.
     pub program: ProgramHandle,
     /// The bindings of groups 0 and 1; groups 2 and 3 are the host's.
     pub bindings: Vec<BoundSlot>,
@@ -114,7 +114,7 @@ pub struct SceneDraw {
 }
 
 /// The rule for redrawing a view whose texels are kept from frame to frame. A view is drawn again if it differs from
-/// the view as last drawn, or if draws that its filter lets through have changed.
+/// the view as last drawn, or if draws that pass the mesh filter have changed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Redraw {
     /// The depth to which a view's texels are cleared before the redraw.
@@ -124,7 +124,8 @@ pub struct Redraw {
     /// For each view, the number of frames between draws of changed meshes; the last entry applies to all further
     /// views.
     pub every: Vec<u32>,
-    /// Whether the texels that stay visible are moved along if a view moved by whole texels over its plane.
+    /// Whether texels that stay visible are copied to their new place if a view moved parallel to its image plane by
+    /// whole texels.
     pub scroll: bool,
 }
 

@@ -35,7 +35,8 @@ impl<T: LiveValue> Live<T> {
     }
 }
 
-/// Returns the diagnostic for a value of another type than the wanted one.
+/// Returns the diagnostic for a value of the wrong type. `wanted` and `found` describe the expected and the actual
+/// value, such as "a number".
 pub(crate) fn wrong_type(wanted: &str, found: &str) -> Diagnostic {
     let message = format!("{wanted} is wanted here, this is {found}");
     Diagnostic::error(codes::EXPRESSION_TYPE, Place::Nowhere, message)

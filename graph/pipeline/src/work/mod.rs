@@ -34,14 +34,14 @@ pub use transfer::{BufferRegion, TextureRegion, TransferEnd, TransferWork};
 use crate::access::{SubresourceRange, Usage, Version};
 use umbragraph_text::source::Span;
 
-/// A resource with a subresource range, as a setting of a pass names them.
+/// A range of a resource, such as some mip levels of a texture, that a setting of a pass names.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Subresource {
     /// The texture, buffer or blackboard data.
     pub resource: ResourceHandle,
-    /// The subresource range as the setting names it.
+    /// The mip levels, layers and aspect of a texture, or the bytes of a buffer.
     pub range: SubresourceRange,
-    /// The version of the resource, if it is read.
+    /// The version of the resource that is read; unused for accesses that only write.
     pub version: Version,
     /// The place of the setting in the document.
     pub place: Span,
@@ -50,8 +50,8 @@ pub struct Subresource {
 }
 
 impl Subresource {
-    /// The mip level and layer of the range, for use as an attachment. If the range has no layer, each view names its
-    /// own.
+    /// The attachment that the range names. The mip level is 0 if the range names none; the layer is `None` if the
+    /// range names none, and each view then names its own layer.
     pub fn target(&self) -> AttachmentTarget {
         let (mip, layer) = (self.range.mip.map_or(0, |run| run.first), self.range.layer.map(|run| run.first));
         AttachmentTarget { resource: self.resource, mip, layer }
@@ -66,7 +66,7 @@ impl Subresource {
 /// The work that a pass does in a frame.
 #[derive(Clone, Debug)]
 pub enum Work {
-    /// No work: code assembled the pass, and only its accesses are known.
+    /// No work, for a pass that is assembled in code from its accesses only.
     Nothing,
     /// Computes data and views on the CPU.
     Cpu(CpuWork),

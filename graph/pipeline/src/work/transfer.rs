@@ -11,9 +11,9 @@ pub struct TransferWork {
     pub source: Option<TransferEnd>,
     /// The destination of the copy, or the buffer that is cleared.
     pub destination: TransferEnd,
-    /// The usage of the destination, which says whether earlier contents are kept.
+    /// The usage of the destination, which determines whether earlier contents are kept.
     pub written: Usage,
-    /// The width and height of the copied texels; `None` for the size of the mip level.
+    /// The width and height of the copied region, in texels; `None` for the size of the mip level.
     pub extent: Option<[Deferred; 2]>,
 }
 

@@ -79,8 +79,9 @@ pub struct Axis {
     pub description: String,
     /// The way in which the value enters the WGSL: through the template or as an override constant.
     pub mode: AxisMode,
-    /// Whether the check of all variants covers only some values of an integer axis: minimum, default, maximum, those
-    /// that constraints name, and one other if constraints name any. Values that pipelines use are always validated.
+    /// Whether validation of all variants covers only some values of an integer axis: minimum, default and maximum. If
+    /// constraints name values of the axis, those values and one other are covered too. Values that pipelines set are
+    /// always validated.
     pub ends: bool,
     /// Whether variants with different values of the axis use different bind-group layouts. Two such variants may
     /// declare different resources at one binding; all other variants of a template must agree.

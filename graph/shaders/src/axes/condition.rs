@@ -38,7 +38,7 @@ impl Condition {
     /// Parses a condition on a known axis.
     ///
     /// # Errors
-    /// A message if the value does not fit the axis.
+    /// A message if the value does not fit the axis, or if a non-boolean axis is compared with no value.
     pub(super) fn read(text: &str, axis: &Axis) -> Result<Self, String> {
         let (_, value, equal) = Self::split(text);
         let value = match (value, &axis.kind) {

@@ -26,10 +26,10 @@ pub(super) struct Diagram {
 #[derive(Clone, Debug)]
 pub(super) struct Layer {
     pub(super) axis: String,
-    /// The values of the axis that appear in clauses.
+    /// The values that constraints name for the axis.
     pub(super) named: BTreeSet<AxisValue>,
-    /// The clauses with conditions on this axis. Each has its index, its conditions on the axis, and whether it names
-    /// no axis of a later layer.
+    /// The clauses (disjunctions of conditions) that name the axis: index of the clause, its conditions on the axis,
+    /// and `true` if the clause names no axis of a later layer.
     clauses: Vec<(usize, Vec<Condition>, bool)>,
 }
 

@@ -8,7 +8,7 @@ use umbragraph_text::diagnostic::AxisValue;
 pub(crate) enum Domain {
     /// All integers of a range, both ends included.
     Range(i64, i64),
-    /// These values, in this order.
+    /// An explicit list of values, in order.
     Values(Vec<AxisValue>),
 }
 

@@ -29,7 +29,7 @@ pub(crate) struct Declaration {
 struct WrittenConstraint {
     span: Span,
     when: Option<WrittenCondition>,
-    /// The conditions of each key that is present (`requires`, `excludes`, `one_of`).
+    /// The rules of the constraint: a key (`requires`, `excludes` or `one_of`) with its conditions.
     rules: Vec<(&'static str, Vec<WrittenCondition>)>,
 }
 
@@ -160,7 +160,7 @@ impl Reader<'_> {
         value.text()
     }
 
-    /// Returns the string if it is one of `words`; else reports an error.
+    /// Returns the string if it is one of `words`; otherwise reports an error and returns `None`.
     fn word<'v>(&mut self, value: &'v Value, words: &[&str]) -> Option<&'v str> {
         let word = value.text().filter(|word| words.contains(word));
         if word.is_none() {

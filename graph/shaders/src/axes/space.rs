@@ -33,7 +33,7 @@ pub struct Space {
 }
 
 impl Space {
-    /// Creates the space of `axes`. An axis in `allowed` is restricted to the values listed there.
+    /// Creates the space of valid axis values. An axis in `allowed` is restricted to the values listed there.
     pub(crate) fn new(axes: &Axes, allowed: &BTreeMap<String, Vec<AxisValue>>) -> Self {
         let domains = axes.iter().map(|axis| {
             let domain = match (allowed.get(&axis.name), &axis.kind) {
@@ -96,7 +96,8 @@ impl Space {
         self.walk(decided, &self.diagram).is_none_or(|count| count.number > 0)
     }
 
-    /// Returns a minimal set of contradictory constraints; empty if a combination of values exists.
+    /// Returns a minimal set of contradictory constraints; empty if a combination of values exists or the search is too
+    /// large to decide.
     pub(crate) fn clash(&self) -> Vec<Constraint> {
         let nothing = AxisValues::new();
         let impossible = |constraints: &[Constraint]| {
@@ -144,7 +145,7 @@ impl Space {
         Some(values)
     }
 
-    /// Counts the completions of `decided`; `None` if a layer of the diagram exceeds [`MAX_NODES`].
+    /// Counts the valid combinations that extend `decided`; `None` if a layer of the diagram exceeds [`MAX_NODES`].
     fn walk(&self, decided: &AxisValues, diagram: &Diagram) -> Option<Count> {
         let mut total = Count { number: 1, exact: true };
         for (name, (domain, _)) in &self.axes {

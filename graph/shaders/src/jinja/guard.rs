@@ -13,27 +13,28 @@ use std::time::{Duration, Instant};
 use minijinja::value::{Tuple, Value, ValueKind};
 use minijinja::{Error, ErrorKind};
 
-/// The maximum size of an expression's value, in bytes of strings plus elements.
+/// The maximum size of a template value: the bytes of its strings, plus one for each other element.
 pub(crate) const MAX_VALUE: usize = 1 << 20;
 /// The maximum number of bytes that all expressions of one rendering write, including captured output.
 pub(crate) const MAX_WRITTEN: usize = 16 << 20;
-/// The maximum work of checks and filters in one rendering, in elements and in pieces of [`PIECE`] bytes.
+/// The maximum number of elements that checks and filters visit in one rendering. [`PIECE`] bytes of a string count as
+/// one element.
 const MAX_WORK: usize = 4 << 20;
 /// The number of string bytes that count as one element of work.
 const PIECE: usize = 64;
 /// The maximum time of one rendering. It limits operations that fuel, work and sizes do not cover, such as strings of
 /// up to 100 MB within one expression. Builds without optimization get more time.
 const MAX_TIME: Duration = Duration::from_secs(if cfg!(debug_assertions) { 4 } else { 1 });
-/// The template function that checks the size of a value; `tree::prepare` inserts calls of this function.
+/// The name of the template function that checks the size of a value. `tree::prepare` inserts its calls.
 pub(crate) const FITS: &str = "__fits";
-/// The template function that converts an operand of a multiplication; see [`factor`].
+/// The name of the template function that turns a tuple operand of a multiplication into a list.
 pub(crate) const FACTOR: &str = "__factor";
-/// The template function that counts the work of visiting a value's elements; see [`seen`].
+/// The name of the template function that counts the work of visiting a value's elements.
 pub(crate) const SEEN: &str = "__seen";
-/// The template function that counts the work of indexing; see [`indexed`].
+/// The name of the template function that counts the work of indexing a string.
 pub(crate) const INDEXED: &str = "__indexed";
 
-/// The functions of minijinja that return neither a string nor a nested list.
+/// The functions of minijinja that return neither a string nor a nested list, so that their results need no size check.
 pub(crate) const PLAIN_FUNCTIONS: [&str; 3] = ["range", "namespace", "dict"];
 /// The maximum number of minijinja's execution steps ("fuel") for one rendering.
 const FUEL: u64 = 1_000_000;
@@ -90,12 +91,13 @@ pub(crate) fn written(bytes: usize) -> Result<(), Error> {
     if calls.is_multiple_of(16) { in_time() } else { Ok(()) }
 }
 
-/// Returns the bytes written by expressions and the work, both since [`begin`].
+/// Returns the bytes that expressions have written and the elements that checks and filters have visited, since
+/// [`begin`].
 pub(crate) fn spent() -> (usize, usize) {
     (WRITTEN.get(), WORK.get())
 }
 
-/// Returns `true` if both values are within the limits of one rendering: bytes written and work.
+/// Returns `true` if the bytes written and the elements visited are within the limits of one rendering.
 pub(crate) fn is_within(written: usize, work: usize) -> bool {
     written <= MAX_WRITTEN && work <= MAX_WORK
 }
@@ -136,7 +138,8 @@ pub(crate) fn factor(value: Value) -> Value {
     }
 }
 
-/// Counts the work of visiting a value: one per element, or one per [`PIECE`] bytes of a string.
+/// Returns a value unchanged and counts the work of visiting it: one per element, or one per [`PIECE`] bytes of a
+/// string. Returns an error above [`MAX_WORK`].
 pub(crate) fn seen(value: Value) -> Result<Value, Error> {
     match value.as_str() {
         Some(text) => work(1, text.len())?,
@@ -145,7 +148,8 @@ pub(crate) fn seen(value: Value) -> Result<Value, Error> {
     Ok(value)
 }
 
-/// Counts the work of indexing a value: minijinja counts a string's characters up to the index.
+/// Returns a value unchanged and counts the work of indexing it, since minijinja walks a string's characters up to the
+/// index. Returns an error above [`MAX_WORK`].
 pub(crate) fn indexed(value: Value) -> Result<Value, Error> {
     if let Some(text) = value.as_str() {
         work(1, text.len())?;

@@ -4,11 +4,12 @@ use std::ops::Range;
 
 use super::scan::{Tag, WordKind};
 
-/// The maximum number of words in an expression, and of branches in one `if`. minijinja recurses over both. Of a list,
-/// only the longest element counts.
+/// The maximum number of tokens in an expression, and of branches in one `if`, since minijinja recurses over them. In a
+/// list, only the longest element counts.
 const MAX_WORDS: usize = 1024;
 
-/// Returns the first tag that exceeds [`MAX_WORDS`], with a message; `None` if there is none.
+/// Returns the byte range of the first token or tag beyond [`MAX_WORDS`], with a message; `None` if all are within the
+/// limit.
 pub(crate) fn too_long(text: &str, tags: &[Tag]) -> Option<(Range<usize>, &'static str)> {
     let mut branches: Vec<usize> = Vec::new();
     for tag in tags {

@@ -78,7 +78,8 @@ pub(crate) fn range(template: &Template, error: &Error) -> Option<Range<usize>> 
     Some(start + indent..start + length)
 }
 
-/// Returns the diagnostic for a template that minijinja rejects. `detail` is minijinja's message.
+/// Returns the diagnostic for a template that minijinja rejects. `detail` is minijinja's message, and `place` the byte
+/// range of the error.
 pub(crate) fn diagnostic(template: &Template, detail: &str, place: Option<Range<usize>>) -> Diagnostic {
     let span = |range: Range<usize>| Span::new(template.file, range);
     let error = |range: Range<usize>, message: &str| {
@@ -154,7 +155,7 @@ fn statement(
     }
 }
 
-/// The range of an unclosed last tag or comment, with its closing delimiter; `None` if all are closed.
+/// The byte range of an unclosed last tag or comment, with its closing delimiter; `None` if all are closed.
 fn unclosed_tag(template: &Template, detail: &str) -> Option<(Range<usize>, &'static str)> {
     if detail == "unexpected end of comment" {
         let start = template.text.rfind("#}").map_or(0, |end| end + 2);

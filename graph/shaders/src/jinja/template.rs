@@ -7,7 +7,7 @@ use super::tree;
 use umbragraph_text::diagnostic::Diagnostic;
 use umbragraph_text::source::FileId;
 
-/// One parsed template.
+/// One template: its source, its tags, and the copy with size checks that is rendered.
 #[derive(Debug)]
 pub(crate) struct Template {
     pub(crate) file: FileId,

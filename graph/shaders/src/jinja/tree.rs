@@ -24,7 +24,7 @@ use super::scan::syntax;
 /// The maximum number of operands in a chain of one operator between two size checks.
 const LINKS: usize = 16;
 
-/// The variables that a template uses and assigns, and its comparisons, in source order.
+/// The variables that a template reads and assigns, and its comparisons of variables with literals.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Names {
     /// The variables that are read, each with its byte range.
@@ -70,7 +70,7 @@ impl Prepared {
     }
 }
 
-/// Inserts the size checks into a template.
+/// Inserts checks of value sizes into a template, so that rendering cannot exhaust memory.
 pub(crate) fn prepare(text: &str) -> Prepared {
     let (inserted, names) = read(text);
     let mut prepared =
@@ -86,8 +86,8 @@ pub(crate) fn prepare(text: &str) -> Prepared {
     prepared
 }
 
-/// Returns the required insertions, sorted by offset, and the names in the template. Both are empty if minijinja cannot
-/// parse the template.
+/// Returns the size checks to insert, each with its byte offset, and the names in the template. Both lists are empty if
+/// minijinja cannot parse the template.
 fn read(text: &str) -> (Vec<(usize, String)>, Names) {
     let Ok(template) = parse(text, "", syntax()) else { return Default::default() };
     let mut found = Found::default();
@@ -357,7 +357,8 @@ fn range(span: Span) -> Range<usize> {
     span.start_offset as usize..span.end_offset as usize
 }
 
-/// The byte offset of the start of an expression. The span that minijinja records covers only the last link of a chain.
+/// The byte offset of the start of an expression. The span that minijinja records covers only the last link of a chain
+/// such as `a.b.c`.
 fn start(one: &Expr<'_>) -> usize {
     match one {
         Expr::Filter(filter) => filter.expr.as_ref().map_or(one.span().start_offset as usize, start),

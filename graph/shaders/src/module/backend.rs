@@ -135,8 +135,8 @@ fn depth_load(module: &Module) -> Option<Range<usize>> {
     })
 }
 
-/// The byte range of the first sample of a depth texture without comparison; naga translates it to GLSL that drivers
-/// reject.
+/// The byte range of the first sample of a depth texture without comparison; `None` if there is none. naga translates
+/// such samples to GLSL that drivers reject.
 fn uncompared(module: &Module) -> Option<Range<usize>> {
     of_depth(module, |expression| match expression {
         Expression::ImageSample { image, depth_ref: None, .. } => Some(*image),
@@ -144,7 +144,7 @@ fn uncompared(module: &Module) -> Option<Range<usize>> {
     })
 }
 
-/// The byte range of the first expression for which `image_of` returns a depth texture.
+/// The byte range of the first expression for which `image_of` returns a depth texture; `None` if there is none.
 fn of_depth(
     module: &Module,
     image_of: impl Fn(&Expression) -> Option<Handle<Expression>>,
@@ -155,7 +155,7 @@ fn of_depth(
     })
 }
 
-/// The byte range of the first expression for which `is_one` returns `true`.
+/// The byte range of the first expression for which `is_one` returns `true`; `None` if there is none.
 fn first(module: &Module, is_one: impl Fn(&Function, &Expression) -> bool) -> Option<Range<usize>> {
     ir::functions(module).find_map(|function| {
         let (handle, _) = function.expressions.iter().find(|(_, each)| is_one(function, each))?;

@@ -114,7 +114,7 @@ pub(crate) fn validation(code: Code, module: &Module, error: &WithSpan<Validatio
 }
 
 /// Replaces naga's error about non-uniform control flow by the rejection from this crate's analysis, which names the
-/// reasons.
+/// reasons. `None` for other errors.
 fn non_uniform(module: &Module, error: &ValidationError) -> Option<Rejection> {
     let (ValidationError::Function { source: error, .. }
     | ValidationError::EntryPoint { source: EntryPointError::Function(error), .. }) = error
@@ -151,7 +151,8 @@ fn collision(code: Code, module: &Module, handle: Handle<GlobalVariable>) -> Opt
     Some(rejection)
 }
 
-/// The span of the first variable of a type. Types without a declaration, such as textures, have no span of their own.
+/// The byte range of the first global variable with this type. Types without a declaration, such as textures, have no
+/// span of their own.
 fn use_of_type(module: &Module, ty: Handle<Type>) -> Option<Range<usize>> {
     let (handle, _) = module.global_variables.iter().find(|(_, variable)| variable.ty == ty)?;
     module.global_variables.get_span(handle).to_range()

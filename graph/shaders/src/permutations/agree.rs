@@ -27,7 +27,7 @@ use crate::written::stages;
 use umbragraph_text::diagnostic::{AxisValue, AxisValues, Diagnostic, Place, describe, select_axes};
 use umbragraph_text::source::Span;
 
-/// The maximum number of variants with one of two conflicting bindings that are searched for the most similar pair.
+/// The maximum number of variants per conflicting binding that are searched for the most similar pair.
 const MAX_CANDIDATES: usize = 256;
 
 /// One variant of a template, with its reflection.
@@ -173,7 +173,7 @@ fn apart(one: &AxisValues, other: &AxisValues) -> AxisValues {
     select_axes(one, |name| one.get(name) != other.get(name))
 }
 
-/// The byte range of the name in the declaration of a module-scope variable with `@binding`.
+/// The byte range of the name in the declaration of a module-scope variable with `@binding`; `None` if there is none.
 fn declaration_of(wgsl: &str, name: &str) -> Option<std::ops::Range<usize>> {
     stages::words(wgsl, name).find(|range| {
         let statement = wgsl[..range.start].rfind([';', '}']).map_or(0, |end| end + 1);

@@ -24,8 +24,8 @@ use crate::written::rejection::{Rejection, Scope};
 use crate::written::stages;
 use umbragraph_text::diagnostic::AxisValues;
 
-/// Adds to a rejection the override values that cause it, and its place in the WGSL. `at` is the index of the set of
-/// override values that fails.
+/// Completes a rejection with the override values that cause it, and with the byte range of the failing WGSL. `at` is
+/// the index in `sets` of the failing override values.
 pub(super) fn blame(
     text: &str,
     (module, info): (&Module, &ModuleInfo),
@@ -54,8 +54,8 @@ pub(super) fn blame(
     Rejection { range: declared(), overrides, scope: Scope::Text, ..rejection }
 }
 
-/// Returns an inclusion-minimal subset of the override values of set `at` with which `fails` returns `true`. Empty if
-/// every set fails.
+/// Returns a minimal subset of the override values of set `at` that makes `fails` return `true`, with all other
+/// overrides as in a passing set. Empty if every set fails.
 pub(super) fn provoking(sets: &[Set], at: usize, fails: &dyn Fn(&AxisValues) -> bool) -> AxisValues {
     let (Some(failing), Some(passing)) = (sets.get(at), sets.iter().find(|set| !fails(&set.values))) else {
         return AxisValues::new();
@@ -139,7 +139,8 @@ fn first_failing(module: &Module, fails: &dyn Fn(&Module) -> bool) -> Option<Spa
     suspects.get(low).map(|(.., span)| *span)
 }
 
-/// Returns a simpler replacement of the same type, for bisection; `None` for expressions that are not replaced.
+/// Returns a simpler expression of the same type, such as the first operand, to find a failing expression by bisection.
+/// `None` for expressions that are never replaced.
 fn shorter(arena: &Arena<Expression>, expression: &Expression) -> Option<Expression> {
     use BinaryOperator as B;
     match expression {

@@ -23,8 +23,8 @@ type Made = Result<Arc<ShaderModule>, Vec<Diagnostic>>;
 /// Shader modules without warnings, keyed by template and axis values. Each has the naga capabilities that it was
 /// validated with.
 type Shared = BTreeMap<(String, AxisValues), Vec<(Capabilities, Arc<ShaderModule>)>>;
-/// A cached query of [`declares`]: template, fixed axis values, binding, and optionally a member of the binding's
-/// block.
+/// The key of a cached [`declares`] query: template, fixed axis values, binding, and optionally a member of the
+/// binding's block.
 type Question = (String, AxisValues, String, Option<String>);
 
 /// The WGSL modules of a survey. A survey visits many configurations before all variants are validated, and only needs
@@ -70,7 +70,8 @@ impl ShaderCache {
         Self { texts: Some(Arc::default()), ..Self::new(templates, profile) }
     }
 
-    /// Creates a cache for another profile that shares compiled modules with `other` if their capabilities suffice.
+    /// Creates a cache for another profile. It shares the modules of `other` that need no capability beyond those of
+    /// the profile.
     pub fn beside(other: &Self, profile: &TargetProfile) -> Self {
         let (shared, declared, texts) = (other.shared.clone(), other.declared.clone(), other.texts.clone());
         Self { shared, declared, texts, ..Self::new(&other.templates, profile) }
@@ -108,7 +109,7 @@ impl ShaderCache {
     /// Returns the module of a template with these axis values; compiles the module if it is not cached.
     ///
     /// # Errors
-    /// The same as for [`compile`](crate::compile).
+    /// The errors of the template, the axis values or the generated WGSL.
     pub fn module(&self, template: &str, values: AxisValues) -> Made {
         let mut made = self.made.lock().unwrap_or_else(PoisonError::into_inner);
         let key = (template.to_owned(), values);
@@ -168,8 +169,8 @@ impl ShaderCache {
         Ok(new)
     }
 
-    /// Returns axis values with which a variant declares `binding` (and `member` in its block). `fixed` restricts the
-    /// variants. `None` if no variant declares it.
+    /// Returns axis values of a variant that declares `binding` (and `member` in its block). `fixed` restricts the
+    /// variants. `None` if no variant declares it; empty values if the search was incomplete.
     pub fn declares(
         &self,
         template: &str,

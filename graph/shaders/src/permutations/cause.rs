@@ -18,7 +18,7 @@ use umbragraph_text::diagnostic::{AxisValues, Count, Diagnostic, Extent, Place, 
 pub(crate) struct Failure {
     /// The diagnostic as reported for the first variant.
     pub(crate) diagnostic: Diagnostic,
-    /// The indices of the leaves that fail.
+    /// The indices of the failing template paths (leaves).
     pub(crate) leaves: BTreeSet<usize>,
     /// The names of the profiles with this failure; empty if the failure does not depend on profiles.
     pub(crate) profiles: BTreeSet<String>,
@@ -39,8 +39,8 @@ impl Failure {
     }
 }
 
-/// A root cause to which failures are still added: its first diagnostic, the first and the largest amount over a limit,
-/// and its effect per template.
+/// A root cause to which failures are still added. `amount` and `max` are the first and the largest value found above a
+/// limit, or 0 if no limit is exceeded.
 struct Found {
     diagnostic: Diagnostic,
     amount: u64,
@@ -63,9 +63,9 @@ pub(crate) struct Ground<'a> {
 /// The effect of a root cause in one template: the affected variants and the axis values that cause it.
 struct Effect {
     extent: Extent,
-    /// Whether only some of the checked profiles fail.
+    /// Whether the failure occurs for only some of the checked profiles.
     is_of_some_profiles: bool,
-    /// Notes on causing axes whose value combinations may not occur in practice.
+    /// Notes on axes whose values were combined with all others, though some combinations may never occur.
     assumed: Vec<String>,
 }
 
@@ -158,7 +158,7 @@ fn describe_extent(extent: &Extent, is_of_some_profiles: bool) -> String {
     text
 }
 
-/// Returns the message without its digits.
+/// Returns the message without its digits, to compare messages that differ only in numbers.
 fn wording(diagnostic: &Diagnostic) -> String {
     diagnostic.message.chars().filter(|each| !each.is_ascii_digit()).collect()
 }
@@ -196,7 +196,7 @@ fn weigh(ground: &Ground<'_>, failure: &Failure) -> Effect {
     Effect { extent, is_of_some_profiles: *profiles != ground.profiles, assumed }
 }
 
-/// Returns an inclusion-minimal set of axis values with which every variant fails.
+/// Returns a minimal set of axis values such that every variant with these values fails.
 fn provocation(ground: &Ground<'_>, failing: &BTreeSet<usize>) -> AxisValues {
     let is_default = |name: &str, values: &AxisValues| ground.space.default_of(name) == values.get(name);
     let switched_on =
@@ -226,7 +226,7 @@ fn provocation(ground: &Ground<'_>, failing: &BTreeSet<usize>) -> AxisValues {
     values
 }
 
-/// Returns `true` if some configuration of a leaf has these values.
+/// Returns `true` if a configuration on a template path (leaf) can have these axis values.
 fn meet(ground: &Ground<'_>, leaf: &Leaf, values: &AxisValues) -> bool {
     if values.iter().any(|(name, value)| leaf.decided.get(name).is_some_and(|other| other != value)) {
         return false;

@@ -6,7 +6,8 @@ use super::compose::{Composition, State, wanted_bits};
 use super::cover::cover;
 use super::units::{Profiles, Units};
 
-/// A part of a WGSL module that is not validated yet: a validation unit (see `units`) or a declaration.
+/// A part of a WGSL module that is not validated yet: a declaration, or a validation unit (a declaration with all that
+/// it depends on).
 #[derive(Clone, Copy)]
 enum Part {
     Unit,
@@ -16,17 +17,17 @@ enum Part {
     Reached,
 }
 
-/// The modules that are validated in the next round.
+/// The WGSL modules that are validated in the next round.
 pub(super) struct Chosen {
-    /// The indices of modules whose result also applies to their validation units.
+    /// The indices of the modules whose result also counts for their declarations in other modules.
     pub(super) of_units: BTreeSet<usize>,
-    /// The indices of modules that are validated without splitting them into units.
+    /// The indices of the modules whose result counts for no other module.
     pub(super) alone: Vec<usize>,
 }
 
 impl Composition<'_> {
-    /// Chooses the modules of the next round among those whose index is a multiple of `step`. Empty if validation of
-    /// all of these is complete.
+    /// Chooses the WGSL modules to validate in the next round, among every `step`-th module. `exhaustive` chooses all
+    /// of these. The result is empty if their validation is complete.
     pub(super) fn choose(&mut self, exhaustive: bool, step: usize) -> Chosen {
         let (mut alone, mut open) = (Vec::new(), Vec::new());
         for at in (0..self.texts.len()).step_by(step) {

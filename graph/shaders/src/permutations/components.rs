@@ -4,7 +4,7 @@
 #[derive(Debug, Default)]
 pub(super) struct Edges {
     to: Vec<u32>,
-    /// The end of each node's edges in `to`.
+    /// For each node, the end index of its edges in `to`.
     ends: Vec<usize>,
 }
 

@@ -62,16 +62,17 @@ pub(super) struct Text<'a> {
 #[derive(Default)]
 pub(super) struct State {
     pub(super) units: Vec<u32>,
-    /// The ids of declarations that call a function whose summary is not known yet.
+    /// The ids of the declarations that call a function not analysed yet.
     pub(super) open: Vec<u32>,
     pub(super) module: Option<u32>,
     /// Whether validation of the module is complete.
     pub(super) is_settled: bool,
-    /// The findings from validating the module itself, which belong to no unit; `None` if it was not validated itself.
+    /// The result of validating this module directly; `None` if it follows from the module's declarations or is not
+    /// known yet.
     pub(super) own: Option<Own>,
 }
 
-/// The findings from validating a module itself, instead of deriving its result from its units.
+/// The result of validating a module directly, instead of deriving it from the module's validated declarations.
 #[derive(Default)]
 pub(super) struct Own {
     pub(super) refusals: Vec<Refusal>,
@@ -88,14 +89,15 @@ pub(super) struct Composition<'a> {
     pub(super) profiles: Arc<[&'a TargetProfile]>,
     pub(super) units: Units,
     pub(super) overrides: Vec<Overrides>,
-    /// Whether naga's reflection of a module differed from the one derived from its declarations. Validation by units
-    /// is then switched off.
+    /// Whether naga's reflection of a module differed from the one derived from its declarations. Every module is then
+    /// validated directly.
     pub(super) is_irregular: bool,
     /// The error messages of the external validators that cannot run, keyed by the validator's index.
     pub(super) unavailable: BTreeMap<usize, String>,
     /// The number of modules that were passed to naga.
     pub(super) proven: usize,
-    /// The parts of modules that were already chosen for validation, encoded as unit or declaration id and kind.
+    /// The parts of modules that were already chosen for validation, each as an id in the low 32 bits and its kind
+    /// above.
     pub(super) tried: HashSet<u64>,
     /// The number of extra modules per round for parts that stayed unvalidated after an attempt.
     pub(super) more: usize,
@@ -196,8 +198,8 @@ impl<'a> Composition<'a> {
         self.explored.get(text.at.0).map_or("", |each| each.request.template.as_str())
     }
 
-    /// Validates modules until the result of every module is known. A sample goes first, since its units cover most of
-    /// the others.
+    /// Validates modules until the result of every module is known. Of many modules, a sample is validated first, since
+    /// its declarations cover most of the others.
     pub(super) fn prove(&mut self, options: &Options<'_>) {
         let steps: &[usize] = if self.texts.len() > MANY_TEXTS { &[64, 8, 1] } else { &[1] };
         steps.iter().for_each(|step| self.prove_each(*step, options));

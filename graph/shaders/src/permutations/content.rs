@@ -2,7 +2,7 @@
 
 pub(super) type Hash = [u8; 32];
 
-/// A BLAKE3 hash of a validation unit's contents. [`Content::all`] hashes parts independent of their order.
+/// A BLAKE3 hasher for the contents of a validation unit. [`Content::all`] hashes parts independent of their order.
 pub(super) struct Content(blake3::Hasher);
 
 impl Content {

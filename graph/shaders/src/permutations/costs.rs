@@ -12,7 +12,7 @@ use crate::rules::cost::{self, Spent};
 use crate::rules::summary::Summary;
 use umbragraph_text::source::Span;
 
-/// Returns the costs of entry points, computed from the summaries of all functions of a module.
+/// Returns the costs of entry points, computed from the operations and calls of all functions of a module.
 pub(super) fn of_summaries<'s>(
     summaries: &BTreeMap<String, Summary>,
     entry_points: impl Iterator<Item = &'s String>,
@@ -49,7 +49,8 @@ impl Composition<'_> {
 
 impl TemplateReport {
     /// Returns the `max` most expensive template lines of a variant's most expensive entry point, in descending order.
-    /// A line counts once per loop iteration and per function call. Empty if the WGSL is invalid.
+    /// Each has its cost in scalar operations, counted once per loop iteration and per function call. Empty if the WGSL
+    /// is invalid.
     pub fn expensive(
         &self,
         templates: &TemplateSet,

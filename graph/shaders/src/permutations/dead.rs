@@ -29,7 +29,7 @@ const MAX_MARKED: usize = 1 << 11;
 /// The maximum number of paths through a template that [`dead`] explores.
 const MAX_LOOKED_AT: usize = 1 << 10;
 
-/// An explored template.
+/// An explored template to search for axes without effect and unused text.
 pub(super) struct Examined<'a> {
     pub(super) template: &'a str,
     pub(super) exploration: &'a Exploration,
@@ -163,7 +163,7 @@ pub(super) fn effective_axes(exploration: &Exploration) -> BTreeSet<String> {
     names.map(|(_, name)| (*name).clone()).collect()
 }
 
-/// The pieces of template text that some variant contains.
+/// The pieces of template text that some variant contains, each as file and byte offset.
 #[derive(Debug)]
 struct Coverage<'s> {
     written: BTreeSet<(FileId, u32)>,

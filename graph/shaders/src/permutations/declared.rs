@@ -19,7 +19,7 @@ use crate::written::complexity::words;
 use crate::written::declarations::{self, Declaration, Kind};
 use umbragraph_text::diagnostic::AxisValues;
 
-/// Returns axis values with which a variant declares `binding` (and `member` in its block). `fixed` restricts the
+/// Returns axis values of a variant that declares `binding` (and `member` in its block). `fixed` restricts the
 /// variants. `None` if no variant declares it; empty values if the search was incomplete.
 pub fn declares(
     templates: &TemplateSet,

@@ -46,7 +46,8 @@ const MAX_BYTES: usize = 512 << 20;
 /// The factor by which the limits on paths, modules and bytes are higher if modules are joined from rendered parts,
 /// which is much faster.
 const JOINED: usize = 8;
-/// The maximum number of values of an axis up to which all of them are explored.
+/// The maximum number of values of an axis that are all explored. Of a larger axis, only the first, default and last
+/// values are.
 const MAX_VALUES: u64 = 1 << 14;
 
 /// One path through a template's branches: the result of one rendering.
@@ -90,7 +91,7 @@ pub(crate) struct Exploration {
     bytes: usize,
     /// Whether modules are joined from rendered parts.
     pub(crate) is_joined: bool,
-    /// The literal template text that is used: file and byte offset of each start.
+    /// The literal template text that paths write: file and byte offset of each piece. Empty if text is not tracked.
     pub(crate) literals: HashSet<(FileId, u32)>,
 }
 
@@ -100,7 +101,7 @@ impl Exploration {
         self.texts.get(text).map(|text| text.leaves.as_slice()).unwrap_or_default()
     }
 
-    /// Renders the module with index `text` again, with its map to the templates.
+    /// Renders the module with index `text` again, with its map to the templates; `None` on an error.
     pub(crate) fn source(&self, set: &TemplateSet, template: &str, text: usize) -> Option<Source> {
         let leaf = self.leaves.get(self.texts.get(text)?.leaf)?;
         render::render_fixed(set, template, &leaf.decided)
@@ -128,7 +129,8 @@ pub(crate) struct Explorer<'a> {
     space: Arc<Space>,
     /// Whether the literal template text that paths write is recorded.
     track: bool,
-    /// The template's parts, created once there are many paths; `None` if parts are not used.
+    /// The template divided into parts that are rendered separately, created once there are many paths. `None` if
+    /// modules are always rendered as a whole.
     parts: Option<&'a OnceLock<Option<Parts>>>,
     unknown: BTreeSet<String>,
     /// Whether paths are visited by number of decisions that differ from the first path, instead of depth first.
@@ -156,12 +158,12 @@ impl<'a> Explorer<'a> {
         }
     }
 
-    /// Joins modules from rendered parts if literal text is not tracked.
+    /// Makes the explorer join modules from rendered parts, unless it tracks literal text.
     pub(crate) fn of_parts(self, parts: Option<&'a OnceLock<Option<Parts>>>) -> Self {
         Self { parts: parts.filter(|_| !self.track), ..self }
     }
 
-    /// Visits paths in ascending distance from the first path, for a search that usually ends early.
+    /// Makes the explorer visit paths near the first path first, for a search that usually ends early.
     pub(crate) fn nearest_first(self) -> Self {
         Self { nearest_first: true, ..self }
     }
@@ -358,8 +360,8 @@ impl<'a> Explorer<'a> {
     }
 }
 
-/// Returns the index of the first value, from index `from`, that the constraints allow. Sets the axis to this value in
-/// `decided`.
+/// Returns the index of the first value, from index `from`, that the constraints allow; `None` if there is none. Sets
+/// the axis to this value in `decided`.
 fn first_possible(
     space: &Space,
     domain: &Domain,

@@ -49,7 +49,8 @@ fn offset_of(text: &str, line: usize, column: usize) -> usize {
     (start + column.saturating_sub(1)).min(text.len())
 }
 
-/// Places a rejection of generated WGSL in the template, if necessary with markers for captured text.
+/// Converts a rejection of generated WGSL into a diagnostic in the template. Text that a macro or block captured is
+/// located by rendering with markers.
 pub(super) fn place_rejection(
     templates: &TemplateSet,
     each: &Explored<'_>,

@@ -12,7 +12,7 @@ use crate::written::declarations::{self, Kind};
 use crate::written::rejection::{Rejection, Scope};
 
 impl Composition<'_> {
-    /// Records the result of validating a module, for the module itself and for its units.
+    /// Records the result of validating a module, for the module itself and for its declarations.
     pub(super) fn learn(
         &mut self,
         at: usize,
@@ -141,7 +141,7 @@ impl Composition<'_> {
     }
 }
 
-/// Adds a refusal, or adds its profiles to an equal one.
+/// Adds a refusal to the list, or its profiles to an equal refusal in the list.
 fn add(refusals: &mut Vec<Refusal>, refusal: Refusal) {
     let key = |one: &Refusal| (one.diagnostic.key(), one.overrides.clone(), one.is_fatal);
     match refusals.iter_mut().find(|known| key(known) == key(&refusal)) {

@@ -87,7 +87,8 @@ pub struct Options<'a> {
     pub report_dead: bool,
     /// Files whose templates are also used outside of the requests; no text in them is reported as unused.
     pub shared: BTreeSet<FileId>,
-    /// The progress callback: number of settled modules, and number of known modules. Any thread may call it.
+    /// The progress callback: the number of modules with a result, and the number of known modules. Any thread may call
+    /// it.
     pub progress: &'a (dyn Fn(usize, usize) + Sync),
     /// Stops the check before the next module once set; the results must then be discarded.
     pub cancelled: &'a AtomicBool,

@@ -30,7 +30,7 @@ type Root = u32;
 const ARGUMENT: Root = 1 << 31;
 const UNKNOWN: Root = Root::MAX;
 
-/// The resources, sampled pairs, calls and costs of one function, without those of the functions that it calls.
+/// The resources, texture-sampler pairs, calls and costs of one function, without those of the functions that it calls.
 #[derive(Debug, Default)]
 pub(super) struct Used {
     globals: Vec<Id>,
@@ -75,21 +75,21 @@ struct Reached {
 /// The interface of a module, derived from its declarations.
 #[derive(Debug, Default)]
 pub(super) struct Interface {
-    /// The unit that represents the interface.
+    /// The id of the validation unit that stands for the interface.
     pub(super) module: Id,
-    /// The units of functions and variables that entry points reach.
+    /// The ids of the validation units of functions and variables that entry points reach.
     pub(super) reached: Vec<Id>,
     reflection: Arc<Reflection>,
 }
 
 impl Interface {
-    /// Returns the profiles whose limits the interface satisfies, and the reflection.
+    /// Returns the bit set of wanted profiles whose limits the interface satisfies, and the reflection.
     pub(super) fn proven(&self, subject: &Subject<'_>) -> (Profiles, &Arc<Reflection>) {
         let fits = subject.wanted().filter(|(_, profile)| limits::fits(&self.reflection, profile));
         (fits.fold(0, |all, (at, _)| all | bit(at)), &self.reflection)
     }
 
-    /// Returns `true` if the derived reflection equals naga's.
+    /// Returns `true` if the derived reflection equals `reflection`, which comes from naga.
     pub(super) fn is(&self, reflection: &Reflection) -> bool {
         *self.reflection == *reflection
     }
@@ -148,7 +148,7 @@ impl Units {
         Some(Interface { module, reached, reflection })
     }
 
-    /// Returns a shared allocation for equal reflections.
+    /// Returns the stored reflection that equals this one; stores this one if there is none.
     fn one_of_equal(&mut self, reflection: Reflection) -> Arc<Reflection> {
         if let Some(known) = self.reflections.get(&reflection) {
             return known.clone();
@@ -208,7 +208,8 @@ impl Units {
         Some(Reached { entry, variables, sampled: sampled.collect() })
     }
 
-    /// Returns the textures and samplers that a function and its callees sample together.
+    /// Returns the pairs of texture and sampler that a function and its callees use together; `None` if a function is
+    /// not analysed yet.
     fn sampled(
         &self,
         resolved: &Resolved,
@@ -289,7 +290,8 @@ impl Units {
         Some(Reflection { bindings, unused, entry_points, overrides })
     }
 
-    /// Stores the bindings and entry points of a reflection in their units, without their uses.
+    /// Stores the bindings and entry points of a reflection in the validation units of their declarations. Data that
+    /// depends on the resources that entry points use, such as visibility, is left out.
     pub(super) fn reflected(
         &mut self,
         declarations: &Declarations,

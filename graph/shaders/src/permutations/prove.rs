@@ -46,8 +46,8 @@ impl<'a> Subject<'a> {
 pub(crate) struct Task<'a> {
     pub(crate) source: Source,
     pub(crate) subject: Arc<Subject<'a>>,
-    /// Whether the result also applies to the module's units. If so, all profiles of the check are tried; rejections
-    /// by profiles outside `Subject::wanted` are not reported.
+    /// Whether the result also counts for the module's declarations in other modules. If so, all profiles of the check
+    /// are tried; rejections by profiles outside `Subject::wanted` are not reported.
     pub(crate) is_of_units: bool,
 }
 
@@ -64,11 +64,12 @@ impl<'a> Task<'a> {
 pub(crate) struct Proof {
     /// The rejections, each with the indices of the profiles that reject the module.
     pub(crate) rejections: Vec<(Rejection, Vec<usize>)>,
-    /// Advice about constructs in the WGSL that are valid but better avoided.
+    /// Warnings about WGSL that is valid but better avoided, or that only browsers reject.
     pub(crate) advice: Vec<Rejection>,
-    /// The summaries of functions by name; `None` if naga's validation fails for every profile.
+    /// The properties of each function that affect its callers, by function name; `None` if naga's validation fails for
+    /// every profile.
     pub(crate) summaries: Option<BTreeMap<String, Summary>>,
-    /// The reflection of the module; `None` if no profile passes validation.
+    /// The reflection of the module; `None` if naga rejects the module, or its override values, for every profile.
     pub(crate) reflection: Option<Arc<Reflection>>,
 }
 

@@ -15,7 +15,7 @@ use umbragraph_text::diagnostic::{AxisValue, AxisValues, Count, Diagnostics};
 pub struct Permutations {
     /// The diagnostics, one per root cause, sorted by place.
     pub diagnostics: Diagnostics,
-    /// The reports on the requests, in their order.
+    /// The reports, in the order of the requests; a request that cannot be explored has none.
     pub templates: Vec<TemplateReport>,
     /// The number of distinct generated WGSL modules.
     pub texts: usize,
@@ -29,7 +29,7 @@ pub struct Permutations {
 #[derive(Clone, Debug, serde::Serialize)]
 #[non_exhaustive]
 pub struct TemplateReport {
-    /// The index of the request.
+    /// The index of the request among all requests of the check.
     #[serde(skip)]
     pub request: usize,
     /// The name of the request, usually that of a pass.
@@ -52,12 +52,12 @@ pub struct TemplateReport {
     pub values: BTreeMap<String, BTreeSet<AxisValue>>,
     /// The distinct generated modules.
     pub variants: Vec<VariantReport>,
-    /// Hashes of the distinct declarations in these modules.
+    /// The hashes of the distinct WGSL declarations in the generated modules.
     #[serde(skip)]
     pub declarations: BTreeSet<u64>,
     /// The names of the axes without effect on any module.
     pub dead_axes: Vec<String>,
-    /// The change of the module's size for each axis value.
+    /// The change of the module's size, in bytes, for each non-default value of axes with at most 16 values.
     pub bytes_of_values: Vec<ValueBytes>,
     /// The union of the variants' bindings, except for those in conflict: the layout of the pass.
     #[serde(skip)]

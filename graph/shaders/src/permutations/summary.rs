@@ -111,7 +111,7 @@ fn dead_axes(templates: &TemplateSet, each: &Explored<'_>, variants: &[VariantRe
     .collect()
 }
 
-/// Returns the change in size for each value of axes with at most 16 values, compared to all defaults.
+/// Returns the change in WGSL size, in bytes, for each non-default value of axes with at most 16 values.
 fn bytes_of_values(templates: &TemplateSet, each: &Explored<'_>) -> Vec<ValueBytes> {
     const MAX_VALUES: u64 = 16;
     let template = &each.request.template;

@@ -53,18 +53,19 @@ pub(super) struct Unit {
     /// The profiles that have accepted a module with this unit.
     pub(super) accepted: Profiles,
     pub(super) refusals: Vec<Refusal>,
-    /// The summary of a function for its callers; `None` until a module with the function is validated.
+    /// The properties of a function that affect its callers; `None` until a module with the function is validated, and
+    /// for other units.
     pub(super) summary: Option<Arc<Summary>>,
     /// The profiles that have accepted a module in which an entry point reaches the unit.
     pub(super) reached: Profiles,
     /// The id of the part of the unit that its dependents rely on, such as a function's signature; `None` if not known
     /// yet.
     pub(super) interface: Option<Id>,
-    /// The resources that a function uses, derived from its summary.
+    /// The resources that a function uses; `None` until a module with the function is validated, and for other units.
     pub(super) used: Option<Used>,
-    /// The binding of a variable, as if no entry point used it.
+    /// The binding of a resource variable, without visibility, which depends on entry points; `None` for other units.
     pub(super) binding: Option<Binding>,
-    /// The reflection of an entry point, without the resources that it uses.
+    /// The reflection of an entry point, without the resources that it uses; `None` for other units.
     pub(super) entry_point: Option<EntryPoint>,
     /// For a unit that is a module's interface, the reflection of every module with this interface; otherwise `None`.
     pub(super) reflection: Option<Arc<Reflection>>,
@@ -102,7 +103,7 @@ pub(super) struct Resolved {
     pub(super) units: Vec<Id>,
     /// The unit of each declaration, in the same order; `None` if not known yet.
     pub(super) of_declarations: Vec<Option<Id>>,
-    /// The ids of declarations that call a function whose summary is not known yet.
+    /// The ids of the declarations that call a function not analysed yet.
     pub(super) open: Vec<Id>,
     /// The unit of the module's interface; `None` if not derived yet.
     pub(super) module: Option<Id>,
@@ -110,7 +111,7 @@ pub(super) struct Resolved {
     pub(super) is_circular: bool,
 }
 
-/// Override axes: the id of each name, and the interface id for its tried values.
+/// The override axes of a template: from the id of the axis name to an id that identifies the values to validate.
 pub(super) type Overrides = HashMap<Id, Id>;
 
 /// The validation units of all modules: declarations with everything that they depend on, each validated once.
@@ -118,7 +119,7 @@ pub(super) type Overrides = HashMap<Id, Id>;
 pub(super) struct Units {
     pub(super) all: Vec<Unit>,
     by_key: HashMap<Key, Id>,
-    /// The hash of each interface, indexed by interface id.
+    /// The hash of each interface (the part of a declaration that dependents rely on), indexed by interface id.
     interfaces: Vec<Hash>,
     by_interface: HashMap<Hash, Id>,
     /// For each name, the number of the module that last declared it and the declaration's index there.
@@ -126,7 +127,7 @@ pub(super) struct Units {
     texts: u32,
     /// The unit of the current module's directives.
     directives: Id,
-    /// The distinct reflections of interfaces.
+    /// The distinct reflections of modules, so that equal ones share memory.
     pub(super) reflections: HashSet<Arc<Reflection>>,
     /// For each declaration, the interfaces it was last resolved with and the resulting unit.
     last: Vec<Option<(Vec<Option<Id>>, Id)>>,
@@ -135,8 +136,8 @@ pub(super) struct Units {
 }
 
 impl Units {
-    /// Returns the units of a module with these overrides. `summaries` holds the summaries of its functions if it was
-    /// just validated.
+    /// Returns the validation units of a module. `summaries` holds the properties of the module's functions that affect
+    /// callers; `None` if the module was not just validated.
     pub(super) fn resolve(
         &mut self,
         declarations: &Declarations,
@@ -239,8 +240,8 @@ impl Units {
         resolved
     }
 
-    /// Computes the interface of a unit. For a function this is its header, the interfaces of the names there, and its
-    /// summary; for other declarations it is everything.
+    /// Computes the interface of a unit, the part that dependents rely on. For a function, it consists of the header,
+    /// the interfaces of names in the header, and the summary. For other declarations it is everything.
     fn see(
         &mut self,
         unit: Id,
@@ -290,7 +291,7 @@ impl Units {
         id
     }
 
-    /// Returns the overrides of a template, with interfaces that identify their tried values.
+    /// Returns the override axes of a template, each with an id that identifies the values to validate.
     pub(super) fn overrides(&mut self, declarations: &Declarations, axes: &Axes) -> Overrides {
         let all = overrides::by_name(axes).into_iter();
         let interface = |(name, values): (&str, String)| {

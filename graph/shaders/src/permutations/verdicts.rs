@@ -16,15 +16,15 @@ use crate::targets::profile::TargetProfile;
 use crate::written::declarations;
 use umbragraph_text::diagnostic::{AxisValues, Diagnostic};
 
-/// A cache for advice about branches whose condition involves several functions.
+/// A cache for the search for branches that depend on uniform buffers only.
 #[derive(Default)]
 struct Advised<'u> {
-    /// The kind of each function: a number for its name and branches.
+    /// The kind of each function: a number for each distinct pair of function name and branches.
     kinds: HashMap<(Id, &'u Branches), u32>,
     /// The kind of each unit; `None` for a unit that is no function with branches.
     kind_of: HashMap<u32, Option<u32>>,
-    /// For each sorted list of kinds, the conditions that depend on uniforms only: position in the list, and index of
-    /// the condition in the function.
+    /// For the sorted kinds of a module's functions, the branch conditions that depend on uniform buffers only: index
+    /// of the kind in the list, and index of the condition in the function.
     found: HashMap<Vec<u32>, Vec<(usize, usize)>>,
 }
 
@@ -106,7 +106,8 @@ impl<'a> Composition<'a> {
         Failure { diagnostic, leaves, profiles, excess, overrides }
     }
 
-    /// Returns the conditions in a module that depend on uniforms only, each as unit and index of the condition.
+    /// Returns the branch conditions in a module that depend on uniform buffers only, each as id of the unit and index
+    /// of the condition.
     fn conditions<'u>(&'u self, units: &[u32], known: &mut Advised<'u>) -> Vec<(u32, usize)> {
         let Advised { kinds, kind_of, found } = known;
         let mut kind = |unit: u32| {
@@ -138,7 +139,8 @@ impl<'a> Composition<'a> {
         Some((self.declarations.name(unit.name?), &unit.summary.as_ref()?.branches))
     }
 
-    /// Creates the advice about one condition, placed in the template of a module.
+    /// Creates the advice about one branch condition, placed in the template that generates it; `None` if the place
+    /// cannot be found.
     fn advice(&self, each: &Explored<'a>, own: usize, (unit, condition): (u32, usize)) -> Option<Refusal> {
         let summary = self.units.all.get(unit as usize)?.summary.clone()?;
         let source = each.exploration.source(self.templates, &each.request.template, own)?;
@@ -157,7 +159,7 @@ impl<'a> Composition<'a> {
     }
 }
 
-/// The part of a check that a finding belongs to, with the finding's index there.
+/// The source of a finding: a validation unit, a branch condition or a whole module, each by id and index.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Blamed {
     Unit(u32, usize),

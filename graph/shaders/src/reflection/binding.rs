@@ -25,11 +25,11 @@ pub struct Binding {
     pub binding: u32,
     /// The name of the variable in the WGSL.
     pub name: String,
-    /// The layout entry; visible to the stages of the entry points that use the binding.
+    /// The bind-group layout entry. Its visibility contains the stages of the entry points that use the binding.
     pub entry: BindGroupLayoutEntry,
     /// The memory layout of a buffer's contents; `None` for textures, samplers and acceleration structures.
     pub block: Option<TypeLayout>,
-    /// The type in WGSL spelling, such as `texture_depth_2d_array`.
+    /// The type of the variable in WGSL spelling, such as `texture_depth_2d_array`.
     pub type_name: String,
 }
 

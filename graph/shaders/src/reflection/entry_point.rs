@@ -57,8 +57,9 @@ pub struct VertexInput {
     pub scalar: Scalar,
     /// The number of components: 1 to 4.
     pub components: u32,
-    /// The vertex format of this type (`float32x3` for `vec3<f32>`); `float16x4` for `vec3<f16>`, which has no format
-    /// of its own. A host may use any format of the same kind, such as `unorm8x4` for `vec4<f32>`.
+    /// The vertex format that matches the type of the attribute, such as `float32x3` for `vec3<f32>`; `float16x4` for
+    /// `vec3<f16>`, which has no format of its own. A host may use any format of the same scalar kind, such as
+    /// `unorm8x4` for `vec4<f32>`.
     pub format: VertexFormat,
 }
 
@@ -86,26 +87,28 @@ pub struct EntryPoint {
     pub workgroup_storage: u32,
     /// The attributes of a vertex stage, by location; empty for other stages.
     pub inputs: Vec<VertexInput>,
-    /// The colors of a fragment stage, by location; empty for other stages.
+    /// The color outputs of a fragment stage, by location; empty for other stages.
     pub outputs: Vec<FragmentOutput>,
-    /// Whether a fragment stage writes a second blend source, `@blend_src(1)`.
+    /// Whether a fragment stage writes a second source color for dual-source blending, `@blend_src(1)`.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub has_second_source: bool,
     /// Whether a fragment stage writes `frag_depth`.
     pub writes_depth: bool,
-    /// Whether the stage is proven to write every texel of a full-screen pass. A vertex stage emits one triangle that
-    /// contains clip space; a fragment stage neither discards nor writes a sample mask.
+    /// Whether the stage is proven to leave no texel of a full-screen pass unwritten. A vertex stage must emit one
+    /// triangle that contains all of clip space. A fragment stage must neither discard nor write a sample mask. `false`
+    /// for compute stages.
     #[serde(skip)]
     pub covers: bool,
     /// The locations of inter-stage variables: outputs of a vertex stage, inputs of a fragment stage.
     pub varyings: Vec<u32>,
-    /// The used bindings as sorted pairs of group and binding.
+    /// The bindings that the entry point uses, as sorted pairs of group and binding.
     pub bindings: Vec<(u32, u32)>,
-    /// The textures and samplers that are sampled together, each as group and binding, in sorted order.
+    /// The pairs of a texture and the sampler that it is sampled with, each given by group and binding; sorted.
     pub sampling_pairs: Vec<((u32, u32), (u32, u32))>,
 }
 
-/// The workgroup sizes of entry points by name, computed after overrides have values.
+/// The workgroup sizes of entry points in invocations, by name of the entry point, computed with the values of
+/// overrides.
 pub(crate) type WorkgroupSizes = BTreeMap<String, [u32; 3]>;
 
 pub(super) fn entry_points(module: &Module, info: &ModuleInfo, sizes: &WorkgroupSizes) -> Vec<EntryPoint> {

@@ -10,22 +10,23 @@ use wgpu_types::{BindingType, TextureSampleType};
 
 use super::{Binding, Reflection};
 
-/// A disagreement between two variants that declare one binding differently.
+/// A disagreement between two shader variants of a pass that declare one binding differently.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct InterfaceConflict {
-    /// The index of the variant that declared the binding first.
+    /// The index of the variant that declared the binding first, in the order passed to [`unite`].
     pub first: usize,
-    /// The index of the variant that contradicts the first one.
+    /// The index of the variant that contradicts the first one, in the order passed to [`unite`].
     pub second: usize,
-    /// The name of the variable in the first variant.
+    /// The name of the WGSL variable in the first variant.
     pub first_name: String,
-    /// The name of the variable in the second variant.
+    /// The name of the WGSL variable in the second variant.
     pub name: String,
-    /// A message about the property that differs.
+    /// The message about the difference: name, group and index, type, or access of the binding.
     pub message: String,
 }
 
-/// Merges the bindings of all variants, sorted by group and binding. Also returns all disagreements.
+/// Merges the bindings of all variants into one list, sorted by group and binding. Also returns all disagreements
+/// between variants.
 pub fn unite<'a>(
     variants: impl IntoIterator<Item = &'a Reflection>,
 ) -> (Vec<Binding>, Vec<InterfaceConflict>) {

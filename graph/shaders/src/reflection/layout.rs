@@ -33,7 +33,7 @@ impl ScalarKind {
 pub struct Scalar {
     /// The kind: integer, floating point or boolean.
     pub kind: ScalarKind,
-    /// The size in bytes.
+    /// The size of a value in bytes.
     pub width: u32,
 }
 
@@ -47,14 +47,14 @@ impl Scalar {
 #[derive(Clone, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum TypeLayout {
-    /// A scalar.
+    /// A scalar or an atomic scalar.
     Scalar {
-        /// The scalar type.
+        /// The type of the scalar.
         scalar: Scalar,
-        /// Whether the type is `atomic`.
+        /// Whether the WGSL type is `atomic<…>`.
         atomic: bool,
     },
-    /// A vector.
+    /// A vector of 2 to 4 components.
     Vector {
         /// The number of components: 2, 3 or 4.
         components: u32,
@@ -72,7 +72,7 @@ pub enum TypeLayout {
         /// The distance between two columns in bytes.
         stride: u32,
     },
-    /// An array.
+    /// An array of fixed or runtime-determined length.
     Array {
         /// The layout of an element.
         element: Box<TypeLayout>,
@@ -81,7 +81,7 @@ pub enum TypeLayout {
         /// The distance between two elements in bytes.
         stride: u32,
     },
-    /// A structure.
+    /// A structure with named members.
     Struct {
         /// The name of the structure in WGSL.
         name: String,
@@ -106,7 +106,7 @@ pub struct Member {
 }
 
 impl TypeLayout {
-    /// Returns the size in bytes. An array without a fixed count is counted as one element.
+    /// Returns the size of the type in bytes. An array without a fixed length counts as one element.
     pub fn size(&self) -> u32 {
         match self {
             TypeLayout::Scalar { scalar, .. } => scalar.width,
@@ -117,7 +117,7 @@ impl TypeLayout {
         }
     }
 
-    /// Returns the alignment in bytes.
+    /// Returns the alignment of the type in bytes.
     pub fn align(&self) -> u32 {
         let vector = |components: u32, scalar: &Scalar| {
             if components == 2 { 2 * scalar.width } else { 4 * scalar.width }
@@ -131,7 +131,7 @@ impl TypeLayout {
         }
     }
 
-    /// Returns the WGSL spelling: `vec3<f32>`, `array<Light, 4>` or the name of a structure.
+    /// Returns the type as written in WGSL: `vec3<f32>`, `array<Light, 4>` or the name of a structure.
     pub fn spelling(&self) -> String {
         let scalar = |scalar: &Scalar| {
             let letter = match scalar.kind {

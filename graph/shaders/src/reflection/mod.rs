@@ -24,17 +24,17 @@ use naga::valid::ModuleInfo;
 /// The interface of a shader module: bindings, entry points and overrides.
 #[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Reflection {
-    /// The bindings that an entry point uses, by group and binding.
+    /// The bindings that at least one entry point uses, sorted by group and binding.
     pub bindings: Vec<Binding>,
-    /// The bindings that are declared, but used by no entry point.
+    /// The bindings that are declared, but used by no entry point, sorted by group and binding.
     pub unused: Vec<Binding>,
-    /// The entry points, by name and stage.
+    /// The entry points, sorted by name and stage.
     pub entry_points: Vec<EntryPoint>,
     /// The names of the pipeline-overridable constants, sorted.
     pub overrides: Vec<String>,
 }
 
-/// Hashes only the short parts that usually differ between variants. Equality still compares all of them.
+/// Hashes only the short fields that usually differ between variants. Equality compares all fields.
 impl Hash for Reflection {
     fn hash<H: Hasher>(&self, state: &mut H) {
         for each in self.bindings.iter().chain(&self.unused) {
@@ -61,7 +61,8 @@ impl Reflection {
     }
 }
 
-/// Reflects a validated module. `sizes` holds the workgroup sizes after overrides have values.
+/// Returns the interface of a validated module. `sizes` holds the workgroup sizes, computed with the values of
+/// overrides.
 pub(crate) fn reflect(module: &Module, info: &ModuleInfo, sizes: &entry_point::WorkgroupSizes) -> Reflection {
     let mut layouter = Layouter::default();
     // The validator has just laid out the same types, so this cannot fail; without layouts there are no bindings.

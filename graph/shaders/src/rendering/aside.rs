@@ -16,12 +16,13 @@ use super::templates::TemplateSet;
 use crate::written::text_map::{Origin, Segment, Source, TextMap};
 use umbragraph_text::source::{FileId, Span};
 
-/// The first binding number for moved bindings of the library; WebGPU's own numbers are below 1000.
+/// The first binding number that a moved library binding can get; WebGPU guarantees only numbers below 1000.
 const FIRST: u32 = 500;
-/// The first bind group that belongs to the host's meshes.
+/// The index of the first bind group that is reserved for the host's meshes. Library bindings in reserved groups are
+/// never moved.
 const HOST_GROUP: u32 = 2;
 
-/// A binding declaration: group, binding number, byte range of the number, and source file.
+/// A binding declaration in generated WGSL: group, binding number, byte range of the number, and template file.
 struct Declaration {
     group: u32,
     number: u32,
@@ -29,7 +30,7 @@ struct Declaration {
     file: FileId,
 }
 
-/// Gives other binding numbers to library bindings that collide with bindings of the author's templates.
+/// Gives new binding numbers to bindings of library templates that collide with bindings of other templates.
 pub(crate) fn move_aside(set: &TemplateSet, source: Source) -> Source {
     if !set.has_own_templates() {
         return source;
@@ -68,7 +69,7 @@ fn declarations(text: &str, map: &TextMap) -> Vec<Declaration> {
     found
 }
 
-/// Parses a number in parentheses at byte offset `at`; returns the number and its byte range.
+/// Parses a number in parentheses at byte offset `at`. Returns the number and its byte range; `None` if there is none.
 fn number(text: &str, at: usize) -> Option<(u32, Range<usize>)> {
     let behind = text.get(at..)?.trim_start().strip_prefix('(')?.trim_start();
     let start = text.len() - behind.len();
@@ -93,7 +94,7 @@ fn group_behind(text: &str, at: usize) -> Option<u32> {
         .map(|one| one.0)
 }
 
-/// Replaces byte ranges, given in ascending order, in generated WGSL and its map.
+/// Replaces the text of byte ranges, given in ascending order, in generated WGSL, and updates its map.
 fn replaced(source: &Source, places: &[(&Range<usize>, String)]) -> Source {
     let Source { wgsl, map } = source;
     let (mut text, mut segments) = (String::with_capacity(wgsl.len()), Vec::new());

@@ -20,11 +20,11 @@ use umbragraph_text::source::{FileId, Span};
 
 const OPEN: char = '\u{E000}';
 const CLOSE: char = '\u{E001}';
-/// The first of 256 private-use characters that encode a marker's number. Filters for case, white space or digits
-/// leave them unchanged.
+/// The first of 256 private-use characters that encode the number of a marker in base 256. Template filters for case,
+/// white space or digits leave these characters unchanged.
 const FIRST_DIGIT: u32 = 0xE100;
 
-/// A map from generated WGSL to templates, with the chain of tags that wrote each piece, the outermost first.
+/// A map from generated WGSL to templates, with the chain of template tags that wrote each piece, the outermost first.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct MarkedMap {
     pub(crate) map: TextMap,
@@ -32,7 +32,7 @@ pub(crate) struct MarkedMap {
 }
 
 impl MarkedMap {
-    /// Iterates over the tags that wrote the byte at `offset`, the innermost first.
+    /// Iterates over the template tags that wrote the byte at `offset` of the WGSL, the innermost first.
     pub(crate) fn trail(&self, offset: usize) -> impl Iterator<Item = Span> {
         self.map
             .index(offset)
@@ -42,7 +42,8 @@ impl MarkedMap {
     }
 }
 
-/// Returns the diagnostic for a rejection of generated WGSL. `exact` provides a precise map for captured text.
+/// Returns the diagnostic for a rejection of generated WGSL. `exact` creates a precise map; it is only called for
+/// places outside of literal text.
 pub(crate) fn place(
     rejection: &Rejection,
     wgsl: &str,
@@ -66,17 +67,17 @@ pub(crate) fn place(
 
 #[derive(Clone, Copy, Debug)]
 enum Mark {
-    /// The start of literal text: file and byte offset.
+    /// The start of literal text: template file and byte offset.
     Text(FileId, u32),
-    /// The start of an expression with an end marker.
+    /// The start of the output of an expression that has an end marker.
     Begin(Span),
-    /// The start of an expression without an end marker, since its tag trims the following white space.
+    /// The start of the output of an expression without an end marker, since its tag trims the following white space.
     Here(Span),
-    /// The end of an expression.
+    /// The end of the output of an expression.
     End,
 }
 
-/// Copies of all templates with position markers.
+/// Copies of all templates with markers that record source positions through captures and filters.
 #[derive(Debug)]
 pub(crate) struct MarkedTemplates {
     environment: minijinja::Environment<'static>,
@@ -84,7 +85,7 @@ pub(crate) struct MarkedTemplates {
 }
 
 impl MarkedTemplates {
-    /// Creates the marked copies. `fuel` limits the engine steps of one rendering; `None` means no limit.
+    /// Creates the marked copies. `fuel` limits minijinja's execution steps in one rendering; `None` means no limit.
     pub(crate) fn new(templates: &BTreeMap<String, Arc<Template>>, fuel: Option<u64>) -> Self {
         let mut marked = Self { environment: filters::environment(), marks: Vec::new() };
         marked.environment.set_fuel(fuel);
@@ -100,7 +101,8 @@ impl MarkedTemplates {
         marked
     }
 
-    /// Renders a variant with markers and returns the precise map; `None` if its WGSL differs from `plain`.
+    /// Renders a variant with markers and returns the precise map. `None` if rendering fails, or if the WGSL without
+    /// markers differs from `plain`.
     pub(crate) fn map(&self, template: &str, values: &AxisValues, plain: &str) -> Option<MarkedMap> {
         guard::begin();
         let marked = self.environment.get_template(template).ok()?.render(fixed_context(values)).ok()?;

@@ -27,12 +27,13 @@ use crate::jinja::guard;
 use crate::written::complexity;
 use umbragraph_text::diagnostic::AxisValue;
 
-/// A source of axis values, queried when a template reads them. Returns `None` for a name that is no axis.
+/// A source of axis values, queried when a template reads an axis. `decide` returns `None` for a name that is no axis.
 pub(crate) trait Decide: Debug + Send + Sync {
     fn decide(&self, name: &str) -> Option<AxisValue>;
 }
 
-/// A template divided into parts whose output is cached. Thread-safe.
+/// A template divided into parts. The output of each part is cached by the axis values that the part reads.
+/// Thread-safe.
 #[derive(Debug, Default)]
 pub(crate) struct Parts {
     steps: Vec<Step>,
@@ -43,9 +44,9 @@ pub(crate) struct Parts {
 #[derive(Debug)]
 enum Step {
     Literal(String),
-    /// The index of a part to render.
+    /// The index in `Parts::parts` of a part to render.
     Part(usize),
-    /// A branch, taken if the part with index `condition` writes anything.
+    /// A branch: continues with `then` if the part with index `condition` writes anything, otherwise with `otherwise`.
     Branch {
         condition: usize,
         then: Vec<Step>,
@@ -60,18 +61,19 @@ struct Part {
     known: Mutex<Vec<Node>>,
 }
 
-/// A node of the decision tree of a part's reads.
+/// A node of a decision tree that maps the axis values that a part reads to the part's output.
 #[derive(Debug, Default)]
 enum Node {
     /// A node that no rendering has reached yet.
     #[default]
     Open,
-    /// A read of a name: for each value, the index of the next node.
+    /// A read of a name, with the index of the next node for each value; the value is `None` if the name is no axis.
     Reads(Arc<str>, Vec<(Option<AxisValue>, usize)>),
     Writes(Arc<str>, Cost),
 }
 
-/// The resources that a rendering consumes: engine steps, bytes written, and work.
+/// The resources that a rendering consumes: minijinja's execution steps (`fuel`), bytes that expressions write, and
+/// work as counted by `guard`.
 #[derive(Clone, Copy, Debug, Default)]
 struct Cost {
     fuel: u64,
@@ -85,8 +87,8 @@ impl Parts {
         divide::divide(set, template)
     }
 
-    /// Joins the parts with the values from `decide`. `None` on an error or an exceeded limit: the caller then renders
-    /// the whole template.
+    /// Renders the template part by part with the axis values from `decide`. `None` on an error or an exceeded limit;
+    /// the caller then renders the undivided template, which reports the cause.
     pub(crate) fn render(&self, set: &TemplateSet, decide: &Arc<dyn Decide>) -> Option<String> {
         let mut text = String::with_capacity(1 << 15);
         let mut cost = Cost::default();
@@ -146,7 +148,7 @@ impl Part {
         is_within.then_some(text)
     }
 
-    /// Renders the part and caches its reads and output.
+    /// Renders the part, and caches the axis values that it reads together with its output. `None` on an error.
     fn render(&self, set: &TemplateSet, decide: &Arc<dyn Decide>) -> Option<(Arc<str>, Cost)> {
         let reads = Arc::new(Recorder { decide: decide.clone(), reads: Mutex::default() });
         let template = set.environment.template_from_named_str(&self.template, &self.source).ok()?;
@@ -187,7 +189,7 @@ impl Part {
     }
 }
 
-/// A template context that records each name when it is first read.
+/// A minijinja context that records each name, with its value, when a template first reads it.
 #[derive(Debug)]
 struct Recorder {
     decide: Arc<dyn Decide>,

@@ -7,8 +7,8 @@ use minijinja::Environment;
 
 use crate::jinja::template::Template;
 
-/// The sources of all templates, sorted by memory address. Literal text that the engine writes is found by its
-/// address.
+/// The sources of all templates, sorted by memory address. minijinja writes literal text as slices of these sources, so
+/// the address of such a slice identifies its template.
 #[derive(Debug)]
 pub(crate) struct Placement(Vec<Placed>);
 
@@ -33,12 +33,13 @@ impl Placement {
         Self(placed)
     }
 
-    /// Returns the template at an index from [`Self::locate`].
+    /// Returns the template with this index, as returned by [`Self::locate`].
     pub(crate) fn template(&self, at: usize) -> &Template {
         &self.0[at].template
     }
 
-    /// Finds the template that contains these bytes in memory: its index and the byte offset; `None` for other bytes.
+    /// Finds the template whose source contains these bytes in memory. Returns its index and the byte offset in the
+    /// source; `None` if no source contains them.
     pub(crate) fn locate(&self, bytes: &[u8]) -> Option<(usize, usize)> {
         let address = bytes.as_ptr() as usize;
         let at = self.0.partition_point(|placed| placed.address <= address).checked_sub(1)?;

@@ -23,10 +23,10 @@ use crate::written::text_map::{Origin, Segment, Source, TextMap};
 use umbragraph_text::diagnostic::{AxisValues, Diagnostic};
 use umbragraph_text::source::{FileId, Span};
 
-/// Renders a template with the values of all its axes. Also returns the names of the axes that were read.
+/// Renders a template to WGSL with values for all its template axes. Also returns the names of the axes that were read.
 ///
 /// # Errors
-/// Errors of the template, with their places.
+/// Diagnostics of the template, placed in its source.
 pub(crate) fn render(
     set: &TemplateSet,
     name: &str,
@@ -55,18 +55,19 @@ pub(crate) fn render(
     }
 }
 
-/// Returns `true` if a diagnostic concerns the call of an undeclared name, which is already reported.
+/// Returns `true` if a diagnostic starts at the place of one of the diagnostics about undeclared names. It then only
+/// repeats that the name is unknown.
 pub(crate) fn calls_one_of(undeclared: &[Diagnostic], diagnostic: &Diagnostic) -> bool {
     let start = |diagnostic: &Diagnostic| diagnostic.span().map(|span| (span.file, span.start));
     undeclared.iter().any(|name| start(name) == start(diagnostic))
 }
 
-/// Renders a template with only these axis values; `None` on an error.
+/// Renders a template to WGSL with only these axis values; `None` on an error.
 pub(crate) fn render_fixed(set: &TemplateSet, name: &str, values: &AxisValues) -> Option<Source> {
     render_with(set, name, fixed_context(values)).ok()
 }
 
-/// Renders a template with a context object that provides the axis values.
+/// Renders a template to WGSL with a minijinja context that provides the axis values.
 pub(crate) fn render_with(set: &TemplateSet, name: &str, context: Value) -> Result<Source, Box<Diagnostic>> {
     let Some(template) = set.templates.get(name) else {
         return Err(Box::new(set.unknown(name, umbragraph_text::diagnostic::Place::Nowhere)));
@@ -132,16 +133,17 @@ struct Sink<'p> {
     placement: &'p Placement,
     text: Vec<u8>,
     segments: Vec<Segment>,
-    /// The index of the template that wrote the last literal text, and the byte offset after this text.
+    /// The template that wrote the last literal text, as an index in `placement`, and the byte offset after this text.
+    /// `None` before the first literal text.
     last: Option<(usize, usize)>,
-    /// The number of pieces that tags have written since `last`.
+    /// The number of pieces that template expressions have written since the last literal text.
     written: usize,
     overflow: Option<Overflow>,
 }
 
-/// The template with the largest share of WGSL that exceeds the size limit.
+/// The template that wrote the largest share of a WGSL module that exceeds the size limit, with the number of bytes.
 struct Overflow {
-    /// The place of the piece that exceeded the limit, or of the template's largest piece.
+    /// The place in the template of the piece that exceeded the limit, or else of the template's largest piece.
     span: Span,
     bytes: usize,
 }
@@ -182,7 +184,7 @@ impl<'p> Sink<'p> {
         }))
     }
 
-    /// Returns the origin of a written piece: literal text or a tag.
+    /// Returns the origin of a piece that minijinja writes: literal text or an expression tag. `None` if unknown.
     fn origin(&mut self, bytes: &[u8]) -> Option<Origin> {
         let Some((at, offset)) = self.placement.locate(bytes) else { return self.origin_of_expression() };
         let template = self.placement.template(at);
@@ -245,7 +247,8 @@ impl io::Write for Sink<'_> {
     }
 }
 
-/// Returns errors for names that templates read, but that are neither axes nor assigned by a template.
+/// Returns errors for those names in `unknown` that no template assigns. `unknown` holds names that were read, but are
+/// no template axes.
 pub(crate) fn undeclared_names(set: &TemplateSet, root: &str, unknown: &BTreeSet<String>) -> Vec<Diagnostic> {
     let candidates: Vec<&String> =
         unknown.iter().filter(|name| !filters::FUNCTIONS.contains(&name.as_str())).collect();

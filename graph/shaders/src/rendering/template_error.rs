@@ -15,8 +15,8 @@ use crate::jinja::{filters, guard, syntax_help};
 use umbragraph_text::diagnostic::{Code, Diagnostic, Place, list_of};
 use umbragraph_text::source::Span;
 
-/// Returns the diagnostic for a failed rendering of `root`. `last` is the place of the last literal text, for errors
-/// without a place.
+/// Returns the diagnostic for a failed rendering of the template `root`. `last` is the place of the last literal text
+/// that was written; it is used for errors without a place.
 pub(crate) fn explain(set: &TemplateSet, root: &str, error: &Error, last: Option<Span>) -> Diagnostic {
     let chain = chain(error);
     let placed: Vec<(&Error, Span)> =
@@ -94,7 +94,8 @@ fn missing(error: &Error) -> Option<&str> {
     error.detail().filter(|_| is_missing)?.split(['"', '\'']).nth(1)
 }
 
-/// The unknown filter, test or function that an error reports, with the known names; `None` for other errors.
+/// The name of the unknown filter, test or function that an error reports, with the names that exist; `None` for other
+/// errors.
 fn unknown_function(error: &Error) -> Option<(&str, &'static [&'static str])> {
     let known = match error.kind() {
         ErrorKind::UnknownFilter => filters::FILTERS,
@@ -107,7 +108,8 @@ fn unknown_function(error: &Error) -> Option<(&str, &'static [&'static str])> {
     Some((detail.rsplit(' ').next()?, known))
 }
 
-/// The span of a token with this content in the tags at a place; `None` unless there is exactly one.
+/// The span of the only token with this kind and content in the template tags at a place; `None` if there is none or
+/// several.
 fn word(template: &Template, place: Span, kind: WordKind, text: &str) -> Option<Span> {
     let at = place.range();
     let tags = template.scan.tags.iter().filter(|tag| tag.range.start <= at.end && at.start < tag.range.end);
@@ -135,7 +137,7 @@ fn recursive(placed: &[(&Error, Span)], place: Place) -> (String, Place, &'stati
     (message, place, "call it under a condition that ends, or not at all")
 }
 
-/// Help for templates that exceed a limit.
+/// The help text for templates that exceed a limit.
 const LIMIT_HELP: &str = "shorten its loops and texts; large tables belong in buffers or textures";
 
 fn describe(error: &Error) -> (Code, String, Option<String>) {

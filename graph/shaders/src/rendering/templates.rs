@@ -26,10 +26,10 @@ use crate::jinja::{comparisons, filters, guard, length, syntax_help, tree};
 use umbragraph_text::diagnostic::{Diagnostic, Diagnostics, Place, list_of};
 use umbragraph_text::source::{FileId, Sources, Span};
 
-/// The file-name endings of templates and of their axis declarations.
+/// The file-name endings of shader templates and of their axis declarations.
 pub const TEMPLATE_ENDS: [&str; 2] = [".jinja", ".axes.json"];
 
-/// A set of templates by name, with their axes.
+/// A set of WGSL templates by name, with their axes: the options whose values select a variant.
 #[derive(Debug)]
 pub struct TemplateSet {
     pub(crate) environment: Environment<'static>,
@@ -44,7 +44,8 @@ pub struct TemplateSet {
     /// Copies of the templates with position markers; created on first use.
     marked: OnceLock<MarkedTemplates>,
     longest_literal: usize,
-    /// The files of the library's templates. Their bindings get other numbers if they collide with an author's.
+    /// The files of the library's templates. Bindings in them get other binding numbers if they collide with bindings
+    /// of other templates.
     pub(super) library: BTreeSet<FileId>,
 }
 
@@ -61,7 +62,7 @@ impl Default for TemplateSet {
 }
 
 impl TemplateSet {
-    /// Creates an empty set.
+    /// Creates a set without templates.
     pub fn new() -> Self {
         Self {
             environment: filters::environment(),
@@ -76,14 +77,15 @@ impl TemplateSet {
         }
     }
 
-    /// Adds a template, or a declaration of axes if `name` ends in `.axes.json`. Diagnostics show the file as `name`.
+    /// Adds a template from memory, or a declaration of axes if `name` ends in `.axes.json`. Diagnostics show the file
+    /// as `name`. If the name exists already, reports an error and keeps the first.
     pub fn add(&mut self, sources: &mut Sources, name: &str, text: &str, diagnostics: &mut Diagnostics) {
         let file = sources.add(name, text);
         self.add_file(sources, file, name, diagnostics);
     }
 
-    /// Adds a library template from a file in `sources`. Its bindings get other numbers if they collide with bindings
-    /// of other templates.
+    /// Adds a library template from a file in `sources`. Its bindings get other binding numbers if they collide with
+    /// bindings of other templates.
     pub fn add_library_file(
         &mut self,
         sources: &Sources,
@@ -99,13 +101,14 @@ impl TemplateSet {
         self.library.contains(&file)
     }
 
-    /// Returns `true` if the set contains library templates and other templates.
+    /// Returns `true` if the set contains both library templates and other templates.
     pub(crate) fn has_own_templates(&self) -> bool {
         !self.library.is_empty() && self.templates.values().any(|one| !self.is_of_library(one.file))
     }
 
-    /// Adds a template from a file in `sources`. Diagnostics show the file's path, and templates refer to it as
-    /// `name`.
+    /// Adds a template from a file in `sources`, or a declaration of axes if `name` ends in `.axes.json`. Diagnostics
+    /// show the file's path, and templates refer to it as `name`. If the name exists already, reports an error and
+    /// keeps the first.
     pub fn add_file(&mut self, sources: &Sources, file: FileId, name: &str, diagnostics: &mut Diagnostics) {
         let Some(text) = sources.get(file).map(|source| source.text().clone()) else { return };
         let twice = || {
@@ -132,8 +135,8 @@ impl TemplateSet {
         self.changed();
     }
 
-    /// Adds a template or a declaration of axes that cannot be read. Its users report `diagnostic` instead of a
-    /// missing template.
+    /// Adds a template or a declaration of axes whose file cannot be read. Templates that refer to it report
+    /// `diagnostic` instead of a missing template.
     pub fn add_unreadable(
         &mut self,
         sources: &mut Sources,
@@ -215,7 +218,8 @@ impl TemplateSet {
         Some((self.axes_file(template)?, self.declared.get(stem(template))))
     }
 
-    /// Iterates over the existing templates from which a template inherits axes directly.
+    /// Iterates over the names of the templates from which a template inherits axes directly; names without a template
+    /// are left out.
     pub(super) fn inherited(&self, template: &str) -> impl Iterator<Item = &str> {
         let inherits = self.declarations.get(stem(template)).map(|declared| &declared.axes.inherits);
         let known =
@@ -266,9 +270,9 @@ impl TemplateSet {
         })
     }
 
-    /// Checks the consistency of the set: declarations of axes without a template, missing inherited templates,
-    /// conflicting declarations, contradictory constraints, defaults that violate constraints, and impossible
-    /// comparisons.
+    /// Adds diagnostics about the consistency of the set. It reports declarations of axes without a template, missing
+    /// inherited templates, and conflicting declarations. It also reports contradictory constraints, defaults that
+    /// violate constraints, and comparisons of axes with impossible values.
     pub fn check(&self, diagnostics: &mut Diagnostics) {
         let templates: BTreeSet<&str> = self.names().map(stem).collect();
         for (name, declared) in &self.declarations {
@@ -310,8 +314,8 @@ impl TemplateSet {
         })
     }
 
-    /// Collects the axes that a template declares and inherits. Results are cached in `done`; a cycle of inheritance
-    /// ends with the axes known so far.
+    /// Collects the axes that a template declares and inherits. Results are cached in `done`. In a cycle of
+    /// inheritance, the axes known so far are used.
     fn collect<'s>(
         &'s self,
         name: &'s str,
@@ -347,14 +351,14 @@ impl TemplateSet {
     }
 }
 
-/// The diagnostic for constraints that leave no combination of values; `None` if there is one.
+/// The diagnostic for constraints that exclude every combination of axis values; `None` if a combination remains.
 fn clash(template: &str, axes: &Axes) -> Option<Diagnostic> {
     let clash = Space::new(axes, &BTreeMap::new()).clash();
     let message = format!("the constraints of \"{template}\" leave no configuration");
     Some(contradiction(&clash, clash.first()?.span, message))
 }
 
-/// The diagnostic for a minimal set of constraints that leave no combination of values.
+/// The diagnostic for a minimal set of constraints that excludes every combination of axis values.
 pub(crate) fn contradiction(clash: &[Constraint], place: impl Into<Place>, message: String) -> Diagnostic {
     let diagnostic = Diagnostic::error(codes::CONSTRAINTS_CONTRADICT, place, message)
         .help("without any one of these constraints there would be a configuration");

@@ -17,7 +17,7 @@ use crate::jinja::template::Template;
 const NAMING: [&str; 4] = ["include", "import", "from", "extends"];
 
 impl TemplateSet {
-    /// Returns the templates whose variants are the same as in the set `before`.
+    /// Returns the names of the templates of which every variant has the same WGSL as in the set `before`.
     pub fn unchanged_since(&self, before: &Self) -> BTreeSet<&str> {
         if self.library != before.library
             || self.environment.fuel() != before.environment.fuel()
@@ -56,7 +56,7 @@ impl TemplateSet {
         }
     }
 
-    /// The templates that a template refers to directly; `None` if an expression computes one of the names.
+    /// The names of the templates that a template refers to directly; `None` if an expression computes one of them.
     fn needed<'s>(&'s self, name: &str, template: &'s Template) -> Option<BTreeSet<&'s str>> {
         let mut needed: BTreeSet<&str> = self.inherited(name).collect();
         let text = &*template.text;
@@ -68,7 +68,7 @@ impl TemplateSet {
     }
 }
 
-/// The template name that a tag contains as a string literal; `None` if an expression computes the name.
+/// The template name that a template tag contains as a string literal; `None` if an expression computes the name.
 fn named<'t>(tag: &Tag, text: &'t str) -> Option<&'t str> {
     let name = tag.words.get(1).filter(|word| word.kind == WordKind::Text)?;
     let is_plain = match (tag.keyword(text), tag.word(text, 2)) {

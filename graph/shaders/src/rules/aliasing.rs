@@ -21,7 +21,7 @@ pub(crate) enum Root {
     Global(Handle<GlobalVariable>),
 }
 
-/// `true` if the variable or argument is written, `false` if it is only read.
+/// `true` if a variable or the target of a pointer argument is written, `false` if it is only read.
 pub(crate) type Written = bool;
 
 /// The accesses of a function to its pointer arguments and to module-scope variables.
@@ -43,8 +43,8 @@ pub(crate) fn analysis(module: &Module) -> (HashMap<Handle<Function>, Uses>, Vec
     (known, rejections)
 }
 
-/// A sorted string of the accesses to pointer arguments. Accesses to module-scope variables are left out, since
-/// modules with pointers to such variables are validated as a whole.
+/// Returns the accesses to pointer arguments as a string, for comparing functions. Accesses to module-scope variables
+/// are left out, since modules with pointers to such variables are not validated in parts.
 pub(crate) fn digest(uses: &Uses) -> String {
     let of_argument = |(root, is_written): (&Root, &Written)| match root {
         Root::Argument(at) => Some(format!("{at} {is_written}")),

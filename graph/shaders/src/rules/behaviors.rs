@@ -35,7 +35,8 @@ impl Behavior {
     }
 }
 
-/// Returns the violations in a module. For nested loops, the innermost comes first.
+/// Returns rejections of loops that control flow cannot leave, and of functions that can end without returning their
+/// result. An inner loop comes before an outer one.
 pub(crate) fn found(module: &Module) -> Vec<Rejection> {
     ir::functions(module).flat_map(of_function).collect()
 }

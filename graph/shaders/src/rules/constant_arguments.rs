@@ -21,7 +21,7 @@ use crate::codes;
 use crate::written::ir;
 use crate::written::rejection::Rejection;
 
-/// Returns rejections of calls whose constant arguments are outside the function's domain.
+/// Returns rejections of calls of built-in functions whose constant arguments are outside the function's domain.
 pub(crate) fn found(module: &Module) -> Vec<Rejection> {
     let globals = module.global_expressions.iter().filter_map(|(handle, expression)| {
         let (message, help) = infinite(expression)?;
@@ -35,7 +35,8 @@ pub(crate) fn found(module: &Module) -> Vec<Rejection> {
     globals.chain(in_functions).collect()
 }
 
-/// The message and the help for an infinite `f16` literal, which naga accepts as the result of a conversion.
+/// The message and the help text for an infinite `f16` literal, which naga accepts as the result of a conversion;
+/// `None` for other expressions.
 fn infinite(expression: &Expression) -> Option<(String, &'static str)> {
     let Expression::Literal(Literal::F16(value)) = expression else { return None };
     let is_infinite = !f32::from(*value).is_finite();
@@ -44,7 +45,7 @@ fn infinite(expression: &Expression) -> Option<(String, &'static str)> {
     })
 }
 
-/// An evaluator for the constants in a function.
+/// An evaluator for constant expressions in a function.
 pub(super) struct Constants<'m> {
     pub(super) module: &'m Module,
     pub(super) function: &'m Function,
@@ -141,7 +142,7 @@ impl Constants<'_> {
         })
     }
 
-    /// The components of a constant; `None` if the expression is not constant or was named by `let`.
+    /// The components of a constant expression; `None` if it is not constant, or is the value of a `let`.
     pub(super) fn values(&self, handle: Handle<Expression>) -> Option<Vec<f64>> {
         self.literals(&self.function.expressions, handle)?.into_iter().map(number).collect()
     }
@@ -173,7 +174,7 @@ impl Constants<'_> {
     }
 }
 
-/// The message and the help for the first value outside the range of `f32`; `None` if all fit.
+/// The message and the help text for the first value outside the range of `f32`; `None` if all values fit.
 fn overflow(function: &str, mut values: impl Iterator<Item = f64>) -> Option<(String, &'static str)> {
     let value = values.find(|value| value.abs() > f64::from(f32::MAX))?;
     Some((
@@ -182,7 +183,8 @@ fn overflow(function: &str, mut values: impl Iterator<Item = f64>) -> Option<(St
     ))
 }
 
-/// The intermediate products and sums of a determinant, its value last. `values` is a square matrix, column by column.
+/// The intermediate products and sums of a determinant; the last is its value. `values` is a square matrix, column by
+/// column.
 fn determinant_steps(values: &[f64]) -> impl Iterator<Item = f64> {
     let side = values.len().isqrt();
     let mut steps = Vec::new();
@@ -190,7 +192,8 @@ fn determinant_steps(values: &[f64]) -> impl Iterator<Item = f64> {
     steps.into_iter()
 }
 
-/// Expands a determinant along its first column. Adds every intermediate product and sum to `steps`.
+/// Computes a determinant by expansion along the first column. `values` is the matrix column by column, `side` its
+/// number of rows. Adds every intermediate product and sum to `steps`.
 fn expand(values: &[f64], side: usize, steps: &mut Vec<f64>) -> f64 {
     if side <= 1 {
         return values.first().copied().unwrap_or_default();

@@ -17,7 +17,7 @@ use crate::written::rejection::{Excess, Rejection, Scope};
 use crate::written::stages;
 use umbragraph_text::diagnostic::list_of;
 
-/// Returns a rejection for each limit of the profile that the module exceeds.
+/// Returns a rejection for each limit of the target profile that the module exceeds. `text` is the module's WGSL.
 pub(crate) fn exceeded(
     text: &str,
     module: &Module,
@@ -40,7 +40,7 @@ pub(crate) fn exceeded(
     check.found
 }
 
-/// A kind of binding whose number per shader stage is limited.
+/// A kind of binding with the allowed number per shader stage, such as samplers or storage buffers.
 struct Kind {
     what: &'static str,
     allowed: u32,
@@ -71,13 +71,13 @@ fn kinds(profile: &TargetProfile, stage: Stage) -> [Kind; 5] {
     ]
 }
 
-/// Counts bindings; each element of a binding array counts as one.
+/// Counts bindings; each element of a binding array counts as one binding.
 fn count<'a>(entries: impl Iterator<Item = &'a BindGroupLayoutEntry>) -> u64 {
     entries.map(|entry| entry.count.map_or(1, |count| u64::from(count.get()))).sum()
 }
 
-/// Returns messages for the limits per stage that a bind-group layout exceeds. The layout is the union over variants,
-/// and can exceed limits that each variant meets.
+/// Returns messages for the limits per shader stage that the bind-group layouts of a shader exceed. If `entries` are
+/// the union over several variants, they can exceed limits that each variant meets.
 pub fn exceeded_by_layout<'a>(
     entries: impl Iterator<Item = &'a BindGroupLayoutEntry> + Clone,
     profile: &TargetProfile,
@@ -96,8 +96,8 @@ pub fn exceeded_by_layout<'a>(
     found
 }
 
-/// Returns `true` if each stage meets the profile's limits on bindings, and no two of its bindings share group and
-/// index. GLSL also requires one sampler per texture.
+/// Returns `true` if each entry point meets the profile's limits on bindings, and no two of its bindings share group
+/// and index. For GLSL, each texture must also be sampled with only one sampler.
 pub(crate) fn fits(reflection: &Reflection, profile: &TargetProfile) -> bool {
     reflection.entry_points.iter().all(|entry_point| {
         let is_used = |binding: &&Binding| entry_point.bindings.contains(&(binding.group, binding.binding));
@@ -124,8 +124,8 @@ struct Check<'a> {
 }
 
 impl Check<'_> {
-    /// Adds a rejection if `found` exceeds `allowed`. Excesses with the same `of` have one root cause. `span` is only
-    /// called for a rejection.
+    /// Adds a rejection if `found` exceeds `allowed`. `what` names the quantity in the message; excesses with the same
+    /// `of` have one root cause. `span` is only called for a rejection.
     fn over(
         &mut self,
         span: &dyn Fn(&Self) -> Span,
@@ -160,15 +160,15 @@ impl Check<'_> {
             .map_or_else(|| self.span_of_entry_point(entry_point), Span::from)
     }
 
-    /// The span of the first inter-stage variable that exceeds the limit. If there is none, the last variable; else
-    /// the entry point.
+    /// The span of the first inter-stage variable whose number or location exceeds the limit, or else of the last one.
+    /// Without inter-stage variables, the span of the entry point.
     fn span_of_variable(&self, entry_point: &EntryPoint, entry: &naga::EntryPoint, allowed: u64) -> Span {
         stages::variable_beyond(self.text, self.module, entry, allowed)
             .map_or_else(|| self.span_of_entry_point(entry_point), Span::from)
     }
 
-    /// The number of inter-stage variables used by built-in values. Fragment inputs except the position count as one,
-    /// barycentric coordinates as three, and each four clip distances as one.
+    /// The number of inter-stage variables that built-in values take up. Of fragment inputs, barycentric coordinates
+    /// take three, the position none, and any other one. Of vertex outputs, clip distances take one for every four.
     fn built_in_variables(&self, entry: &naga::EntryPoint) -> u64 {
         let is_fragment = entry.stage == ShaderStage::Fragment;
         let between = match is_fragment {

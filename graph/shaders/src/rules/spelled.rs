@@ -52,11 +52,11 @@ pub(crate) fn check(tokens: &Tokens<'_>, module: &Module) -> Result<(), Rejectio
     })
 }
 
-/// The message and the help for a number without suffix that exceeds the range of `i32`.
+/// The message and the help text for a number without a suffix that exceeds the range of `i32`.
 const WITHOUT_SUFFIX: (&str, &str) =
     ("a number without a suffix is an i32, which does not hold this", "add the suffix \"u\"");
 
-/// Returns `true` if a place is inside one of several byte ranges.
+/// Returns `true` if a span of the WGSL is inside one of several byte ranges.
 fn is_within(ranges: &[Range<usize>], place: Span) -> bool {
     let is_in =
         |place: &Range<usize>, range: &Range<usize>| range.start <= place.start && place.end <= range.end;
@@ -189,7 +189,7 @@ impl<'a> Check<'a> {
         range.and_then(|range| self.tokens.text.get(range)).unwrap_or_default()
     }
 
-    /// Returns `true` if a constant, or one of its components, exceeds the range of `i32`.
+    /// Returns `true` if a literal, or a component of a vector of literals, exceeds the range of `i32`.
     fn is_large(&self, handle: Handle<Expression>) -> bool {
         match &self.function.expressions[handle] {
             Expression::Literal(Literal::U32(value)) => *value > i32::MAX.cast_unsigned(),
@@ -199,7 +199,8 @@ impl<'a> Check<'a> {
         }
     }
 
-    /// Returns `true` if a constant, or one of its components, exceeds the range of `i32` and has no suffix.
+    /// Returns `true` if a literal without a suffix, or a component of a vector of such literals, exceeds the range of
+    /// `i32`.
     fn is_large_without_suffix(&self, handle: Handle<Expression>) -> bool {
         match &self.function.expressions[handle] {
             Expression::Literal(Literal::U32(value)) => {
@@ -281,7 +282,8 @@ fn reject(message: &str, help: &str, place: Span) -> Rejection {
     Rejection::new(codes::WGSL_INVALID, message, place).help(help)
 }
 
-/// Rejects a shift of two numbers without suffix whose result exceeds all integer types; naga drops the excess bits.
+/// Rejects a left shift of two numbers without suffixes whose result exceeds all integer types; naga drops the excess
+/// bits. `at` is the token index of the operator.
 fn shift(tokens: &Tokens<'_>, at: usize) -> Result<(), Rejection> {
     if tokens.word(at) != "<<" || at < 3 {
         return Ok(());

@@ -17,7 +17,8 @@ use crate::codes;
 use crate::written::ir;
 use crate::written::rejection::{Rejection, Scope};
 
-/// The first workgroup variable and the first writable variable that a function or its callees mention.
+/// The first workgroup variable, and the first writable storage buffer or texture, that a function or its callees
+/// mention. Each is `None` if there is none.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Mentions {
     workgroup: Option<Handle<GlobalVariable>>,
@@ -25,13 +26,14 @@ pub(crate) struct Mentions {
 }
 
 impl Mentions {
-    /// A string of these properties, for comparing summaries of functions.
+    /// Returns a string that states whether a workgroup variable and a writable variable are mentioned, for comparing
+    /// functions.
     pub(crate) fn digest(self) -> String {
         format!("{} {}", self.workgroup.is_some(), self.writable.is_some())
     }
 }
 
-/// Returns the mentioned variables of each function.
+/// Returns, for each function of a module, the workgroup and writable variables that it or its callees mention.
 pub(crate) fn analysis(module: &Module) -> HashMap<Handle<Function>, Mentions> {
     let mut known = HashMap::new();
     for (handle, function) in module.functions.iter() {

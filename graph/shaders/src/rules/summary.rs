@@ -17,10 +17,11 @@ use super::uses::{self, Uses};
 use super::{aliasing, stage_variables, uniformity};
 use crate::written::rejection::Rejection;
 
-/// The properties of a function that affect its callers.
+/// The properties of a function that affect the validity and the cost of its callers.
 #[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Summary {
-    /// The properties as a string; two strings are equal exactly if the properties are equal.
+    /// The properties that affect the validity of callers, as a string. Equal strings mean equal properties. Empty for
+    /// entry points.
     pub(crate) text: String,
     pub(crate) uses: Uses,
     pub(crate) branches: Branches,

@@ -11,7 +11,8 @@ use crate::codes;
 use crate::written::ir;
 use crate::written::rejection::Rejection;
 
-/// Returns rejections of texture calls with arguments that WGSL does not allow.
+/// Returns rejections of texture samples with arguments that WGSL does not allow: invalid offsets, or gradients for
+/// depth textures.
 pub(crate) fn found(module: &Module) -> Vec<Rejection> {
     let mut found = Vec::new();
     for function in ir::functions(module) {

@@ -37,14 +37,14 @@ const MAX_COMPONENTS: usize = 32_767;
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Parts {
     nesting: usize,
-    /// The number of elements of the largest array; 0 without arrays of fixed size.
+    /// The number of elements of the largest array in the type; 0 without arrays of fixed size.
     elements: u32,
     pub(super) has_atomics: bool,
-    /// Whether the size of an array depends on an override.
+    /// Whether the size of an array in the type depends on a pipeline-overridable constant.
     has_overrides: bool,
 }
 
-/// Returns the properties of each type of a module, indexed like the module's types.
+/// Returns the properties of each type of a module, indexed like the module's type arena.
 pub(super) fn parts(module: &Module) -> Vec<Parts> {
     // Types stand behind those that they consist of.
     let mut all: Vec<Parts> = Vec::with_capacity(module.types.len());
@@ -84,7 +84,7 @@ pub(super) fn parts(module: &Module) -> Vec<Parts> {
     all
 }
 
-/// Returns the violations of WGSL's rules about types in a module.
+/// Returns rejections of types in a module that WGSL does not allow at their place, or that exceed its limits.
 pub(crate) fn found(module: &Module) -> Vec<Rejection> {
     let mut check = Check { module, parts: parts(module), found: Vec::new() };
     check.types();
@@ -114,7 +114,7 @@ fn is_type_of(built_in: BuiltIn, ty: &TypeInner) -> bool {
     }
 }
 
-/// Returns `true` if a value of the type can have a `@location`.
+/// Returns `true` if a value of the type can have a `@location`: a number, or a vector of numbers.
 fn is_numeric(ty: &TypeInner) -> bool {
     matches!(ty, TypeInner::Scalar(scalar) | TypeInner::Vector { scalar, .. } if *scalar != Scalar::BOOL)
 }
@@ -171,8 +171,8 @@ impl Check<'_> {
         }
     }
 
-    /// Rejects duplicate locations in a structure and interpolated integers. naga only checks structures that an entry
-    /// point uses.
+    /// Rejects duplicate locations in a structure, and integers that are interpolated. naga only checks structures that
+    /// an entry point uses.
     fn locations(&mut self, members: &[StructMember], place: Span) {
         let mut taken = HashSet::new();
         for member in members {

@@ -31,7 +31,7 @@ type Sources = u8;
 const UNIFORM: Sources = 1;
 const OTHER: Sources = 2;
 
-/// A dependency that is only known in combination with other functions.
+/// A dependency on a value that only other functions determine: an argument, or the result of a call.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 enum Open {
     Argument(u32),
@@ -43,7 +43,7 @@ enum Open {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 struct Dependencies {
     known: Sources,
-    /// A bit set of entries in [`Branches::open`].
+    /// A bit set of dependencies on other functions: indices into [`Branches::open`].
     open: u64,
 }
 
@@ -66,7 +66,7 @@ impl Dependencies {
 pub(crate) struct Branches {
     /// The dependencies on other functions, indexed by the bits of `Dependencies::open`.
     open: Vec<Open>,
-    /// The branch conditions, each with its byte range in the WGSL.
+    /// The branch conditions: the dependencies and the byte range in the WGSL of each.
     conditions: Vec<(Dependencies, Range<usize>)>,
     calls: Vec<(String, Vec<Dependencies>)>,
     result: Dependencies,
@@ -76,12 +76,12 @@ pub(crate) struct Branches {
 }
 
 impl Branches {
-    /// Returns `true` if the function has no conditions, no calls and a result without dependencies.
+    /// Returns `true` if the function has no branch conditions, no calls and a result without dependencies.
     pub(crate) fn is_empty(&self) -> bool {
         self.conditions.is_empty() && self.calls.is_empty() && self.result == Dependencies::default()
     }
 
-    /// Makes byte ranges relative to `offset`.
+    /// Makes the byte ranges of the conditions relative to byte `offset` of the WGSL.
     pub(crate) fn counted_from(&mut self, offset: usize) {
         for (_, range) in &mut self.conditions {
             *range = range.start.saturating_sub(offset)..range.end.saturating_sub(offset);
@@ -116,8 +116,8 @@ pub(crate) fn of(module: &Module, function: &Function, stage: Option<ShaderStage
     }
 }
 
-/// Returns the conditions in fragment stages that depend only on uniforms: index of the function, and index of its
-/// condition.
+/// Returns the branch conditions in fragment stages that depend only on uniforms. Each is given by the index of its
+/// function in `functions`, and its index in the function.
 pub(crate) fn decided(functions: &[(&str, &Branches)]) -> BTreeSet<(usize, usize)> {
     let by_name: HashMap<&str, usize> =
         functions.iter().enumerate().map(|(at, (name, _))| (*name, at)).collect();
@@ -195,7 +195,7 @@ pub(crate) fn decided(functions: &[(&str, &Branches)]) -> BTreeSet<(usize, usize
     found.into_iter().map(|((at, _), number)| (at, number)).collect()
 }
 
-/// The dependencies of a function that an entry point reaches.
+/// The sources on which the arguments and the result of a function depend, in the calls that one entry point reaches.
 #[derive(Clone, Debug, Default)]
 struct Reached {
     arguments: Vec<Sources>,
@@ -203,7 +203,7 @@ struct Reached {
     callers: Vec<usize>,
 }
 
-/// Returns advice about the conditions in fragment stages that depend only on uniforms.
+/// Returns warnings about the branch conditions in fragment stages that depend only on uniforms.
 pub(crate) fn found(functions: &[(&str, &Branches)]) -> Vec<Rejection> {
     let mut places: Vec<Range<usize>> =
         decided(functions).into_iter().map(|(at, number)| functions[at].1.place(number)).collect();
@@ -211,7 +211,7 @@ pub(crate) fn found(functions: &[(&str, &Branches)]) -> Vec<Rejection> {
     places.into_iter().map(advice).collect()
 }
 
-/// The advice about a condition at a byte range.
+/// The warning about a branch condition that depends only on uniforms, at a byte range of the WGSL.
 pub(crate) fn advice(place: Range<usize>) -> Rejection {
     let message = "uniforms alone decide this branch of a fragment stage";
     let help = "multiply with the value instead, or make it an override: drivers compile the shader once more for \
@@ -239,7 +239,8 @@ impl Visit<'_> {
         expressions.into_iter().fold(Dependencies::default(), |all, one| all.and(self.of(one)))
     }
 
-    /// The dependency on an argument or a call's result. After 64 of these in one function, returns [`OTHER`].
+    /// Returns the dependency on an argument or on the result of a call. Only 64 of these per function fit into the bit
+    /// set; any further one counts as [`OTHER`].
     fn open(&mut self, open: Open) -> Dependencies {
         let all = &mut self.branches.open;
         let at = all.iter().position(|known| *known == open).unwrap_or_else(|| {
@@ -250,7 +251,7 @@ impl Visit<'_> {
         bit.map_or(Dependencies::known(OTHER), |open| Dependencies { known: 0, open })
     }
 
-    /// Computes the dependencies of all expressions; operands precede the expressions that use them.
+    /// Computes the dependencies of all expressions in order; operands precede the expressions that use them.
     fn expressions(&mut self) {
         for (_, expression) in self.function.expressions.iter() {
             let value = match expression {
@@ -322,7 +323,7 @@ impl Visit<'_> {
         }
     }
 
-    /// The combined dependencies of all conditions within a statement.
+    /// The combined dependencies of all branch and loop conditions within a statement.
     fn deciding(&self, statement: &Statement) -> Dependencies {
         let own = self.of_all(ir::condition(statement));
         ir::blocks(statement).flatten().fold(own, |all, inner| all.and(self.deciding(inner)))

@@ -14,7 +14,7 @@ use naga::{Expression, Function, Module, ScalarKind, Span};
 
 use crate::written::tokens::{Tokens, is_name};
 
-/// Built-in functions whose result has no concrete type if all of their arguments are untyped constants.
+/// WGSL built-in functions whose result has no concrete type if all of their arguments are numbers without a type.
 const UNTYPED: [&str; 14] = [
     "abs", "array", "clamp", "cross", "dot", "max", "min", "select", "sign", "vec2", "vec3", "vec4", "all",
     "any",
@@ -23,7 +23,7 @@ const UNTYPED: [&str; 14] = [
 /// The names of a vector's components in swizzles.
 const COMPONENTS: [char; 8] = ['x', 'y', 'z', 'w', 'r', 'g', 'b', 'a'];
 
-/// The names of the constants that consist only of untyped numbers.
+/// The names of the constants whose values consist only of numbers without a type, such as `1`.
 pub(super) fn constants<'t>(tokens: &Tokens<'t>) -> HashSet<&'t str> {
     let is_declared = |at: &usize| tokens.word(*at) == "const" && tokens.word(at + 2) == "=";
     let declared: Vec<usize> = (0..tokens.ranges.len()).filter(is_declared).collect();
@@ -42,7 +42,8 @@ pub(super) fn constants<'t>(tokens: &Tokens<'t>) -> HashSet<&'t str> {
     found
 }
 
-/// The byte ranges of the initial values of `let` and `var` that consist only of untyped numbers.
+/// The byte ranges of the initial values of `let` and `var` that consist only of numbers without a type. `constants`
+/// names the constants of such numbers.
 pub(super) fn values(tokens: &Tokens<'_>, constants: &HashSet<&str>) -> Vec<Range<usize>> {
     let value = |at: usize| match (tokens.word(at), tokens.word(at + 1)) {
         ("var", "<") if tokens.word(at + 5) == "=" => Some(at + 6),
@@ -57,7 +58,8 @@ pub(super) fn values(tokens: &Tokens<'_>, constants: &HashSet<&str>) -> Vec<Rang
     values.filter_map(bytes).collect()
 }
 
-/// The token indices of a value; `None` unless it consists only of untyped numbers.
+/// The range of token indices of the value that begins at token `first` and ends before a semicolon. `None` unless it
+/// consists only of numbers without a type.
 fn value_of(tokens: &Tokens<'_>, constants: &HashSet<&str>, first: usize) -> Option<Range<usize>> {
     let end = (first..tokens.ranges.len()).find(|at| tokens.word(*at) == ";").unwrap_or(tokens.ranges.len());
     let mut at = first;
@@ -74,7 +76,8 @@ fn value_of(tokens: &Tokens<'_>, constants: &HashSet<&str>, first: usize) -> Opt
     Some(first..end)
 }
 
-/// The index of the token after a number, a name, a call or a parenthesized expression.
+/// The index of the token after the operand that begins at token `first`: a number, a name, a call or a parenthesized
+/// expression.
 fn end_of_operand(tokens: &Tokens<'_>, first: usize) -> usize {
     let open = if is_name(tokens.word(first)) { first + 1 } else { first };
     if tokens.word(open) == "(" { tokens.closing(open) + 1 } else { first + 1 }
@@ -83,14 +86,14 @@ fn end_of_operand(tokens: &Tokens<'_>, first: usize) -> usize {
 /// The kind of numbers in a value without a concrete type.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Numbers {
-    /// Only integer literals.
+    /// Only integer literals, and vectors of them.
     Whole,
     /// Literals and names, which may stand for floats.
     Named,
 }
 
-/// The names of `let` and `var` declarations with untyped values. A name is left out if another declaration of it has
-/// another kind of value.
+/// The names of `let` and `var` declarations whose values consist only of numbers without a type. A name is left out if
+/// another declaration of it has another kind of value.
 pub(super) fn names<'t>(tokens: &Tokens<'t>, constants: &HashSet<&str>) -> HashMap<&'t str, Numbers> {
     // No other text has a number that is so large, without a suffix: most are not searched.
     let is_long = |word: &str| word.len() >= 10 && word.starts_with(|first: char| first.is_ascii_digit());
@@ -109,8 +112,8 @@ pub(super) fn names<'t>(tokens: &Tokens<'t>, constants: &HashSet<&str>) -> HashM
     found.into_iter().filter_map(|(name, numbers)| Some((name, numbers?))).collect()
 }
 
-/// The place of the first value to which naga gives another type than `i32`, because its numbers exceed the range of
-/// `i32`. `None` if there is none.
+/// The span of the first value that naga does not make an `i32` because its numbers exceed the range of `i32`. `None`
+/// if there is none.
 pub(super) fn beyond(names: &HashMap<&str, Numbers>, module: &Module, function: &Function) -> Option<Span> {
     if names.is_empty() {
         return None;

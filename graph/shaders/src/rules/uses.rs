@@ -11,13 +11,15 @@ use naga::{Block, Expression, Function, Handle, Module, Statement};
 
 use crate::written::ir;
 
-/// The origin of a texture or sampler: the name of a module-scope variable, the index of an argument, or `?`.
+/// The origin of a texture, sampler or passed argument: the name of a module-scope variable or the index of an
+/// argument; `?` for other values.
 type Root = String;
 
-/// The resources that a function's own body uses.
+/// The module-scope variables, sampled pairs and calls in a function's own body, without those of the functions that it
+/// calls.
 #[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Uses {
-    /// The names of module-scope variables.
+    /// The names of the module-scope variables that are used.
     pub(crate) globals: BTreeSet<String>,
     /// The pairs of texture and sampler that are sampled together.
     pub(crate) sampled: BTreeSet<(Root, Root)>,
@@ -25,7 +27,7 @@ pub(crate) struct Uses {
     pub(crate) calls: BTreeSet<(String, Vec<Root>)>,
 }
 
-/// Collects the resources that a validated function's own body uses.
+/// Collects the module-scope variables, sampled pairs and calls in the own body of a validated function.
 pub(crate) fn of(module: &Module, function: &Function, info: &FunctionInfo) -> Uses {
     let name = |variable: Handle<naga::GlobalVariable>| {
         module.global_variables[variable].name.clone().unwrap_or_default()

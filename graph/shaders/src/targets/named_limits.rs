@@ -15,7 +15,8 @@ macro_rules! named_limits {
                 $(stringify!($name)),*
             ];
 
-            /// Returns a limit by its name, such as `max_bind_groups`; `None` if the name is unknown.
+            /// Returns a limit by its name, such as `max_bind_groups`, in wgpu's unit (a count, texels or bytes).
+            /// `None` if the name is unknown.
             pub fn limit(&self, name: &str) -> Option<u64> {
                 match name {
                     "max_storage_buffers_in_fragment_stage" => {

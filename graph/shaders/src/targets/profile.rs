@@ -200,7 +200,7 @@ impl TargetProfile {
     /// Lowers the profile to the limits and downlevel flags of a device. Values above the profile's have no effect;
     /// add optional WebGPU features with [`TargetProfile::with_features`].
     ///
-    /// Features of a pipeline that require a higher limit (`required_limits`) are switched off.
+    /// Pipelines switch off features whose `required_limits` exceed the lowered limits.
     #[must_use]
     pub fn on_device(mut self, limits: &Limits, flags: DownlevelFlags) -> Self {
         let claimed = self.clone();
@@ -223,7 +223,7 @@ impl TargetProfile {
         Self { vertex_storage_buffers, ..Self::reduced(name, limits, DownlevelFlags::all(), language) }
     }
 
-    /// A profile of a target that may have less than WebGPU's core mode.
+    /// Creates a profile without optional features and without storage buffers in the vertex stage.
     fn reduced(name: &str, limits: Limits, downlevel: DownlevelFlags, language: TargetLanguage) -> Self {
         let features = Features::empty();
         Self {

@@ -22,10 +22,10 @@ use umbragraph_text::diagnostic::{
 };
 use umbragraph_text::source::Span as SourceSpan;
 
-/// One variant of a template, validated for a target profile.
+/// One variant of a shader template: a WGSL module, validated for a target profile.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ShaderModule {
-    /// The name of the template.
+    /// The name of the template from which the module is generated.
     pub template: String,
     /// The values of the axes that the generated WGSL depends on; other axes have no effect on it.
     pub axes: AxisValues,
@@ -35,7 +35,7 @@ pub struct ShaderModule {
     pub wgsl: Arc<str>,
     /// The BLAKE3 hash of the WGSL.
     pub hash: [u8; 32],
-    /// The reflection of the module.
+    /// The interface of the module: bindings, entry points and overrides.
     pub reflection: Reflection,
     /// The map from byte offsets in the WGSL to places in the templates.
     pub map: TextMap,
@@ -43,12 +43,12 @@ pub struct ShaderModule {
     pub warnings: Vec<Diagnostic>,
 }
 
-/// Generated WGSL, and the names of the axes that were read while it was rendered.
+/// Generated WGSL with its map, and the names of the axes that were read during rendering.
 pub(crate) type Rendered = (Source, BTreeSet<String>);
 
-/// Generates, parses, validates and reflects one variant.
+/// Generates, parses, validates and reflects one variant of a template.
 ///
-/// `values` may name any of the template's axes; the others have their defaults.
+/// `values` may name any of the template's axes; all other axes have their defaults.
 ///
 /// # Errors
 /// All detectable errors: unknown axes and values, violated constraints, errors of the template, and the first error
@@ -64,7 +64,7 @@ pub fn compile(
     of_rendered(templates, template, &values, &rendered, profile)
 }
 
-/// Validates and reflects a rendered variant. `values` must cover all axes.
+/// Validates and reflects a rendered variant. `values` must contain every axis of the template.
 pub(crate) fn of_rendered(
     templates: &TemplateSet,
     template: &str,
@@ -75,8 +75,8 @@ pub(crate) fn of_rendered(
     wgsl::with_stack(|| check(templates, template, values, rendered, profile))
 }
 
-/// Copies a module with other values for its overrides, without validating it again. `None` for a module with
-/// overrides and a compute stage, whose workgroup size may depend on them.
+/// Copies a module with other override values, without validating it again. `None` if the module has overrides and a
+/// compute stage, since the workgroup size may depend on them. Also `None` if an override has an `@id`.
 pub(crate) fn with_values(
     known: &ShaderModule,
     values: &AxisValues,
@@ -96,7 +96,8 @@ pub(crate) fn with_values(
     Some(ShaderModule { axes, constants, map, ..known.clone() })
 }
 
-/// Returns the WGSL of one variant, even if naga rejects it; `None` if the template does not render.
+/// Returns the WGSL of one variant, even if naga rejects it; `None` if a value is invalid or the template does not
+/// render.
 pub fn generate(templates: &TemplateSet, template: &str, values: &AxisValues) -> Option<String> {
     let values = complete(templates, template, values).ok()?;
     let (source, _) =
@@ -104,7 +105,8 @@ pub fn generate(templates: &TemplateSet, template: &str, values: &AxisValues) ->
     Some(source.wgsl)
 }
 
-/// Checks the given values, and adds the defaults of all other axes.
+/// Checks the given axis values, and adds the defaults of all other axes. Fails if values are invalid or violate a
+/// constraint.
 pub fn complete(
     templates: &TemplateSet,
     template: &str,
@@ -160,7 +162,7 @@ pub(crate) fn unknown_axis(axes: &Axes, template: &str, name: &str, place: Place
     })
 }
 
-/// Selects the values of axes that are template variables.
+/// Selects the values of the axes that are template variables; values of override axes are left out.
 pub(crate) fn template_values(templates: &TemplateSet, template: &str, values: &AxisValues) -> AxisValues {
     select_axes(values, |name| {
         let axis = templates.axes(template).and_then(|axes| axes.get(name));
@@ -213,7 +215,8 @@ pub(crate) fn check(
     })
 }
 
-/// Returns the values of the override axes that the module declares.
+/// Returns the values of the override axes for which the module declares a constant, keyed by the constant's name or
+/// `@id`.
 ///
 /// # Errors
 /// A rejection if the type of an override does not fit its axis.

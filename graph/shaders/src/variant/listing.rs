@@ -12,7 +12,7 @@ use umbragraph_text::diagnostic::{Diagnostic, Place};
 use umbragraph_text::source::Sources;
 
 impl ShaderModule {
-    /// Translates the module to a shading language, its overrides set to [`ShaderModule::constants`].
+    /// Translates the module to a shading language, with its overrides set to [`ShaderModule::constants`].
     ///
     /// # Errors
     /// A diagnostic, placed in the template, if the language cannot express the module.
@@ -40,8 +40,8 @@ impl ShaderModule {
         })
     }
 
-    /// Returns the WGSL with the source of each line: `lib/noise.wgsl.jinja:12 | let x = 1.0;`. A line that starts
-    /// with the output of an expression shows the place of that expression.
+    /// Returns the WGSL with the template file and line of each line: `lib/noise.wgsl.jinja:12 | let x = 1.0;`. A line
+    /// that starts with the output of a template expression shows the place of that expression.
     pub fn annotated(&self, sources: &Sources) -> String {
         let mut lines: Vec<(String, &str)> = Vec::new();
         let mut start = 0;

@@ -15,8 +15,8 @@ use naga::{BinaryOperator, Block, Expression, Function, Handle, Literal, Module,
 use super::compile::ShaderModule;
 use crate::module::wgsl;
 
-/// Returns the maximum number of texture reads on any path through an entry point; 0 if the entry point does not
-/// exist.
+/// Returns the number of texture reads on the path through an entry point with the most reads; 0 if the entry point
+/// does not exist. Loops with an unknown number of iterations count once.
 pub fn texture_reads(module: &ShaderModule, entry_point: &str) -> u64 {
     wgsl::with_stack(|| {
         let parsed = wgsl::parse(&module.wgsl).ok()?;
@@ -37,7 +37,8 @@ struct Count<'m> {
 }
 
 impl Count<'_> {
-    /// Counts the texture reads of a function. Recursion terminates, since WGSL functions cannot call themselves.
+    /// Counts the texture reads of a function, including those of called functions. Recursion terminates, since WGSL
+    /// functions cannot call themselves.
     fn function(&mut self, handle: Handle<Function>) -> u64 {
         if let Some(known) = self.known.get(&handle) {
             return *known;

@@ -27,10 +27,10 @@ const PLACES: [(&str, &str); 9] = [
     ("binding", "var"),
 ];
 
-/// The largest allowed value of an attribute's number without a suffix.
+/// The largest allowed value of a number without a suffix in an attribute: the maximum of `i32`.
 const MAX_NUMBER: u64 = i32::MAX.cast_unsigned() as u64;
 
-/// Rejects the first attribute that its declaration does not allow.
+/// Rejects the first attribute of a WGSL module that the declaration after it does not allow.
 pub(crate) fn check(tokens: &Tokens<'_>, module: &Module) -> Result<(), Rejection> {
     (0..tokens.ranges.len()).filter(|at| tokens.word(*at) == "@").try_for_each(|at| numbers(tokens, at))?;
     let mut at = 0;
@@ -55,7 +55,8 @@ pub(crate) fn check(tokens: &Tokens<'_>, module: &Module) -> Result<(), Rejectio
     Ok(())
 }
 
-/// Rejects a number without suffix that exceeds the range of `i32` in an attribute.
+/// Rejects a number in an attribute that has no suffix and exceeds the range of `i32`. `at` is the token index of the
+/// attribute's `@`.
 fn numbers(tokens: &Tokens<'_>, at: usize) -> Result<(), Rejection> {
     let end = if tokens.word(at + 2) == "(" { tokens.closing(at + 2) } else { at };
     let is_large = |at: &usize| tokens.word(*at).parse::<u64>().is_ok_and(|value| value > MAX_NUMBER);
@@ -65,7 +66,8 @@ fn numbers(tokens: &Tokens<'_>, at: usize) -> Result<(), Rejection> {
     Err(Rejection::new(codes::WGSL_INVALID, message, place).help("write a smaller number"))
 }
 
-/// Rejects the first misplaced attribute of one declaration. `attributes.end` is the index of the keyword's token.
+/// Rejects the first misplaced attribute of one declaration. `attributes` is a range of token indices, which ends at
+/// the keyword of the declaration.
 fn placed(tokens: &Tokens<'_>, module: &Module, attributes: Range<usize>) -> Result<(), Rejection> {
     let keyword = tokens.word(attributes.end);
     let is_attribute = |at: &usize| tokens.word(*at) == "@";
@@ -101,7 +103,7 @@ fn placed(tokens: &Tokens<'_>, module: &Module, attributes: Range<usize>) -> Res
     Ok(())
 }
 
-/// Rejects a reserved word as the name of a diagnostic rule.
+/// Rejects a reserved word as the name of a diagnostic rule. `at` is the token index of the word `diagnostic`.
 fn diagnostic(tokens: &Tokens<'_>, at: usize) -> Result<(), Rejection> {
     let name = tokens.word(at + 4);
     if !RESERVED.contains(&name) {
@@ -113,7 +115,8 @@ fn diagnostic(tokens: &Tokens<'_>, at: usize) -> Result<(), Rejection> {
     Err(Rejection::new(codes::WGSL_SYNTAX, message, place).help(help))
 }
 
-/// Rejects `@size` and `@align` values that are too small for booleans, which naga counts as one byte.
+/// Rejects `@size` and `@align` values of structure members that are too small for booleans, which naga counts as one
+/// byte. `open` is the token index of the opening brace.
 fn members(tokens: &Tokens<'_>, open: usize) -> Result<(), Rejection> {
     let end = tokens.closing(open);
     let mut at = open + 1;

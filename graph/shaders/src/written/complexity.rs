@@ -11,18 +11,18 @@ use std::ops::Range;
 use super::rejection::{Rejection, Scope};
 use crate::codes;
 
-/// The maximum size of one module in bytes.
+/// The maximum size of one WGSL module in bytes.
 pub(crate) const MAX_BYTES: usize = 4 << 20;
-/// The maximum number of operators in one expression.
+/// The maximum number of operators in one WGSL expression.
 const MAX_OPERATORS: usize = 8_192;
-/// The maximum number of declarations of one module.
+/// The maximum number of declarations in one WGSL module.
 const MAX_DECLARATIONS: usize = 8_192;
-/// The maximum number of branches of one function.
+/// The maximum number of `else` branches in one WGSL function.
 const MAX_BRANCHES: usize = 8_192;
-/// The maximum number of statements of one module.
+/// The maximum number of statements in one WGSL module.
 const MAX_STATEMENTS: usize = 32_768;
 
-/// Rejects WGSL that exceeds a limit.
+/// Rejects WGSL that is too large or too complex for naga, or that contains a null character.
 pub(crate) fn check(text: &str) -> Result<(), Rejection> {
     if text.len() > MAX_BYTES {
         return Err(rejection("the module is larger than 4 MiB", 0));
@@ -80,13 +80,14 @@ pub(crate) fn check(text: &str) -> Result<(), Rejection> {
     Ok(())
 }
 
-/// An upper bound on the number of statements in a declaration; `None` if the declaration alone exceeds a limit.
+/// An upper bound on the number of statements in a declaration; `None` if the declaration exceeds a limit by itself.
 pub(crate) fn statements(declaration: &str) -> Option<usize> {
     check(declaration).ok()?;
     Some(declaration.bytes().filter(|byte| *byte == b';').count())
 }
 
-/// Returns `true` if a module meets all limits. `statements` holds the count of each declaration.
+/// Returns `true` if a module meets all size limits. `statements` holds the result of [`statements`] for each
+/// declaration.
 pub(crate) fn is_small(text: &str, statements: impl Iterator<Item = Option<usize>>) -> bool {
     let add = |(count, sum): (usize, usize), each: Option<usize>| Some((count + 1, sum + each?));
     let all = statements.into_iter().try_fold((0, 0), add);
@@ -94,8 +95,8 @@ pub(crate) fn is_small(text: &str, statements: impl Iterator<Item = Option<usize
         && all.is_some_and(|(count, sum)| count <= MAX_DECLARATIONS && sum <= MAX_STATEMENTS)
 }
 
-/// Returns `true` if so few operators, statements and blocks occur that no limit can be exceeded. This is a fast scan
-/// of the bytes.
+/// Returns `true` if the WGSL contains so few operators, statements and blocks that no limit can be exceeded. This fast
+/// scan of the bytes overestimates the numbers.
 fn is_far_below(bytes: &[u8]) -> bool {
     let (mut operators, mut ends) = (0, 0);
     for chunk in bytes.chunks(255) {
@@ -114,8 +115,8 @@ fn is_far_below(bytes: &[u8]) -> bool {
     operators <= MAX_OPERATORS && ends <= MAX_DECLARATIONS.min(MAX_BRANCHES)
 }
 
-/// Iterates over the byte ranges of words (names, keywords, numbers) and of single other characters. White space and
-/// comments are skipped.
+/// Iterates over the byte ranges of words (names, keywords, numbers) and of single other characters in WGSL. White
+/// space and comments are skipped.
 pub(crate) fn words(text: &str) -> impl Iterator<Item = Range<usize>> {
     let bytes = text.as_bytes();
     let mut at = 0;
@@ -141,7 +142,7 @@ pub(crate) fn words(text: &str) -> impl Iterator<Item = Range<usize>> {
     })
 }
 
-/// Returns `true` if a byte is part of a name or number; names may contain letters of any script.
+/// Returns `true` if a byte of UTF-8 can be part of a WGSL name or number; names may contain letters of any script.
 pub(crate) fn is_of_word(byte: &u8) -> bool {
     byte.is_ascii_alphanumeric() || *byte == b'_' || !byte.is_ascii()
 }

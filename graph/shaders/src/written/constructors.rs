@@ -16,10 +16,10 @@ use super::rejection::Rejection;
 use super::tokens::{Tokens, is_name};
 use crate::codes;
 
-/// The maximum number of elements of four bytes whose total size fits in 32 bits.
+/// The maximum number of array elements: the size in bytes, at four bytes per element, must fit in 32 bits.
 const MAX_WORDS: usize = (1 << 30) - 1;
 
-/// Rejects the first constructor with a wrong number of arguments, or with numbers of a wrong type.
+/// Rejects the first value constructor in a module with a wrong number of arguments, or with numbers of a wrong type.
 pub(crate) fn check(tokens: &Tokens<'_>, module: &Module) -> Result<(), Rejection> {
     (0..tokens.ranges.len()).try_for_each(|at| {
         let before = at.checked_sub(1).map_or("", |before| tokens.word(before));
@@ -100,7 +100,8 @@ fn array(tokens: &Tokens<'_>, module: &Module, at: usize) -> Result<(), Rejectio
     arguments.iter().try_for_each(|argument| number(tokens, module, argument, kind))
 }
 
-/// Checks that all arguments of a vector or matrix constructor have its scalar type.
+/// Rejects arguments of a vector or matrix constructor that are not of its scalar type. `at` is the token index of the
+/// type name.
 fn vector(tokens: &Tokens<'_>, module: &Module, at: usize) -> Result<(), Rejection> {
     let word = tokens.word(at);
     let (kind, open) = if tokens.lists.contains(&(at + 1)) {
@@ -117,7 +118,8 @@ fn vector(tokens: &Tokens<'_>, module: &Module, at: usize) -> Result<(), Rejecti
     all.iter().try_for_each(|argument| number(tokens, module, argument, kind))
 }
 
-/// The value of an integer literal, or of a constant with this name that is declared as a literal.
+/// The value of an integer literal, or of the constant with this name if it is declared as a literal; `None` if
+/// unknown.
 fn size(tokens: &Tokens<'_>, word: &str) -> Option<usize> {
     let number = |word: &str| {
         let digits = word.trim_end_matches(['u', 'i']);
@@ -161,7 +163,7 @@ fn arguments(tokens: &Tokens<'_>, open: usize) -> Vec<Range<usize>> {
     found
 }
 
-/// Rejects an argument whose scalar type differs from `wanted`.
+/// Rejects a constructor argument whose scalar type is known and differs from `wanted`.
 fn number(
     tokens: &Tokens<'_>,
     module: &Module,

@@ -11,49 +11,53 @@ use std::ops::Range;
 
 use super::complexity::{comment_end, is_of_word, words};
 
-/// The kind of a declaration at module scope.
+/// The kind of a WGSL declaration at module scope.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kind {
     /// `enable`, `requires` or `diagnostic`: affects all declarations of the module.
     Directive,
-    /// A function that is no entry point: callers depend on its signature and its summary.
+    /// A function that is no entry point. Declarations that call the function depend on its signature and on its
+    /// summary (see `rules::summary`).
     Function,
     EntryPoint,
     /// A variable at module scope.
     Variable,
     /// A pipeline-overridable constant.
     Override,
-    /// A structure, alias, constant or anything else: dependent declarations depend on all of it.
+    /// A structure, alias, constant or anything else. Declarations that mention it depend on its complete source.
     Other,
 }
 
-/// A declaration, parsed without the rest of its module.
+/// A WGSL declaration at module scope, parsed without the rest of its module.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Declaration {
     pub(crate) kind: Kind,
     pub(crate) name: Option<String>,
-    /// The number of bytes before the body of a function; for other declarations, the number of all bytes.
+    /// The length of the header in bytes. The header of a function is everything before its body, that of other
+    /// declarations the complete source.
     pub(crate) header: usize,
     /// The distinct names in the header, sorted. The declaration's own name and those of parameters and members are
     /// left out.
     pub(crate) in_header: Vec<String>,
-    /// The distinct names in the whole declaration, sorted.
+    /// The distinct names in the complete declaration, sorted, with the same exceptions as in `in_header`.
     pub(crate) mentions: Vec<String>,
     /// Whether the declaration can only be validated with its whole module. It has pointers to module-scope memory, or
     /// is a workgroup variable, an immediate or a numbered override.
     pub(crate) is_of_whole: bool,
 }
 
-/// WGSL with the byte ranges of its declarations in order, each without preceding white space and comments.
+/// A WGSL module with the byte ranges of its declarations in order. White space and comments before a declaration are
+/// not part of its range.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Split {
     pub(crate) text: String,
     pub(crate) ranges: Vec<Range<usize>>,
-    /// Whether the last declaration is complete.
+    /// Whether the last declaration is complete; `false` if the WGSL ends inside it.
     is_closed: bool,
 }
 
-/// The numbers of declarations at the start and at the end of a module that equal those of the previous one.
+/// The numbers of declarations at the start and at the end of a WGSL module that are the same as in the previous
+/// module.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Common {
     pub(crate) first: usize,
@@ -61,8 +65,8 @@ pub(crate) struct Common {
 }
 
 impl Split {
-    /// Splits WGSL and reuses the ranges of declarations in common with the previous module. If it cannot be split,
-    /// returns `None` and clears the state.
+    /// Replaces the WGSL with `text`, splits it, and returns the numbers of declarations in common with the previous
+    /// WGSL. If `text` cannot be split, returns `None` and clears the state.
     pub(crate) fn go_on(&mut self, text: String) -> Option<Common> {
         let before = std::mem::take(self);
         let (old, new) = (before.text.as_bytes(), text.as_bytes());
@@ -102,16 +106,18 @@ fn in_common(one: &[u8], other: &[u8]) -> (usize, usize) {
     (prefix, whole + bytes.take_while(|(one, other)| one == other).count())
 }
 
-/// The byte ranges of the declarations of a module; `None` if it cannot be split.
+/// The byte ranges of the declarations of a WGSL module; `None` if it cannot be split.
 pub(crate) fn split(text: &str) -> Option<Vec<Range<usize>>> {
     let mut found = Vec::new();
     split_from(text.as_bytes(), 0, &mut found, |_| None)?;
     Some(found)
 }
 
-/// Adds the ranges of the declarations from offset `at`. Stops at the first declaration whose end is `known`.
+/// Adds the byte ranges of the declarations from byte offset `at` to `found`. Stops after the first declaration for
+/// whose end `known` returns an index.
 ///
-/// Returns whether the last declaration is complete, and the result of `known`. `None` if the module cannot be split.
+/// Returns whether the last declaration is complete, and the index from `known`. Returns `None` if the module cannot be
+/// split.
 fn split_from(
     bytes: &[u8],
     mut at: usize,
@@ -184,7 +190,7 @@ fn has_other_line_end(comment: &[u8]) -> bool {
 }
 
 impl Declaration {
-    /// Parses a declaration.
+    /// Parses the source of one WGSL declaration.
     pub(crate) fn new(text: &str) -> Self {
         let tokens: Vec<&str> = words(text).map(|range| &text[range]).collect();
         let keyword = after_attributes(&tokens);
@@ -257,7 +263,7 @@ fn is_name(token: &str) -> bool {
     token.bytes().next().is_some_and(|first| is_of_word(&first) && !first.is_ascii_digit())
 }
 
-/// The index of the first token after the attributes.
+/// The index of the first token after the attributes at the start of a declaration.
 fn after_attributes(tokens: &[&str]) -> usize {
     let mut at = 0;
     while tokens.get(at) == Some(&"@") {

@@ -14,7 +14,7 @@ use super::complexity;
 use super::rejection::Rejection;
 use umbragraph_text::diagnostic::suggested_name;
 
-/// Moves a rejection to the unmatched bracket that caused it, or suggests the intended name.
+/// Improves a rejection of WGSL: moves it to the unmatched bracket that caused it, or suggests the intended name.
 pub(crate) fn improve(text: &str, mut rejection: Rejection) -> Rejection {
     // Identifiers, keywords and brackets.
     let is_word = |range: &Range<usize>| {
@@ -36,7 +36,8 @@ pub(crate) fn improve(text: &str, mut rejection: Rejection) -> Rejection {
     rejection
 }
 
-/// A list of the declared structures if the rejection is an unknown type name; otherwise `None`.
+/// The names of all declared structures, joined by commas, if the rejection is about an unknown type name; otherwise
+/// `None`.
 fn structs(text: &str, rejection: &Rejection, words: &[Range<usize>]) -> Option<String> {
     let at = rejection.range.as_ref().filter(|_| rejection.message.starts_with("no definition in scope"))?;
     text.get(..at.start)?.trim_end().ends_with([':', '<', '>']).then_some(())?;
@@ -72,7 +73,8 @@ fn unmatched(text: &str, words: &[Range<usize>]) -> Option<(Range<usize>, String
     open.first().map(|last| never_closed(last))
 }
 
-/// The name in the module most similar to the unknown name in a message, with its first byte range.
+/// The name in the module that is most similar to the unknown name in naga's message, with the byte range where it
+/// first occurs. `None` if no name is similar.
 fn suggested<'t>(text: &'t str, message: &str, words: &[Range<usize>]) -> Option<(&'t str, Range<usize>)> {
     const UNKNOWN: [&str; 3] = ["no definition in scope", "unknown type", "invalid field accessor"];
     if !UNKNOWN.iter().any(|start| message.starts_with(start)) {

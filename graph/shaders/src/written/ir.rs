@@ -5,7 +5,7 @@ use naga::{
     SwitchCase, Type, TypeInner,
 };
 
-/// Iterates over the functions of a module, then over the functions of its entry points.
+/// Iterates over the ordinary functions of a module, then over the functions of its entry points.
 pub(crate) fn functions(module: &Module) -> impl Iterator<Item = &Function> {
     let functions = module.functions.iter().map(|(_, function)| function);
     functions.chain(module.entry_points.iter().map(|entry_point| &entry_point.function))
@@ -23,7 +23,8 @@ pub(crate) fn blocks(statement: &Statement) -> impl Iterator<Item = &Block> {
     first.into_iter().chain(second).chain(cases.iter().map(|case| &case.body))
 }
 
-/// The expression that decides which blocks of a statement run, or whether a loop ends.
+/// The expression that decides which blocks of a statement run, or whether a loop ends; `None` for statements without
+/// one.
 pub(crate) fn condition(statement: &Statement) -> Option<Handle<Expression>> {
     match statement {
         Statement::If { condition, .. } => Some(*condition),
@@ -84,7 +85,7 @@ pub(crate) fn operands(expression: &Expression) -> Option<impl Iterator<Item = H
     Some(operands.into_iter().flatten().chain(components.iter().copied()))
 }
 
-/// The start of a chain of indices and members, such as the variable that a pointer refers to.
+/// The expression at the start of a chain of index and member accesses: `a` for `a.b[1]`.
 pub(crate) fn base(function: &Function, mut part: Handle<Expression>) -> Handle<Expression> {
     while let Expression::Access { base, .. } | Expression::AccessIndex { base, .. } =
         function.expressions[part]
@@ -117,17 +118,17 @@ pub(crate) struct Bound<'m> {
     pub(crate) owner: Option<Handle<Type>>,
 }
 
-/// The inputs of an entry point.
+/// The inputs of an entry point: arguments with a location or built-in value, and such members of structure arguments.
 pub(crate) fn inputs<'m>(module: &'m Module, function: &'m Function) -> Vec<Bound<'m>> {
     function.arguments.iter().flat_map(|argument| inputs_of(module, argument)).collect()
 }
 
-/// The inputs in one argument of an entry point: the argument itself or its members.
+/// The inputs in one argument of an entry point: the argument itself, or the members of a structure.
 pub(crate) fn inputs_of<'m>(module: &'m Module, argument: &'m FunctionArgument) -> Vec<Bound<'m>> {
     bound(module, argument.name.as_deref(), argument.ty, argument.binding.as_ref())
 }
 
-/// The outputs of an entry point.
+/// The outputs of an entry point: a result with a location or built-in value, or such members of a structure.
 pub(crate) fn outputs<'m>(module: &'m Module, function: &'m Function) -> Vec<Bound<'m>> {
     let results = function.result.iter();
     results.flat_map(|result| bound(module, None, result.ty, result.binding.as_ref())).collect()

@@ -7,7 +7,8 @@
 
 use super::rejection::Rejection;
 
-/// WGSL features that naga does not support: a part of naga's message, the feature's name, and a workaround.
+/// WGSL features that naga does not support. Each has a part of naga's error message, the name of the feature, and a
+/// workaround.
 const KNOWN: [(&str, &str, &str); 11] = [
     (
         "which can't be passed into functions",
@@ -58,7 +59,7 @@ const KNOWN: [(&str, &str, &str); 11] = [
     ),
 ];
 
-/// Adds the unsupported feature and a workaround to a rejection by naga, if the message matches [`KNOWN`].
+/// Adds help to a rejection by naga if an unsupported WGSL feature caused it: the name of the feature and a workaround.
 pub(crate) fn explain(text: &str, rejection: Rejection) -> Rejection {
     let is_swizzle = || {
         let written = rejection.range.clone().and_then(|range| text.get(range)).unwrap_or_default();

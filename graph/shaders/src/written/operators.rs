@@ -20,10 +20,10 @@ use super::rejection::Rejection;
 use super::tokens::{KEYWORDS, Tokens, is_assignment};
 use crate::codes;
 
-/// The byte range of a binary operator.
+/// The byte range of a binary operator in the WGSL.
 type Operator = Range<usize>;
 
-/// Rejects the first pair of operators that needs parentheses.
+/// Rejects the first pair of operators in a WGSL module that WGSL does not allow together without parentheses.
 pub(crate) fn check(tokens: &Tokens<'_>) -> Result<(), Rejection> {
     let Tokens { text, ranges: tokens, lists } = tokens;
     // The operators of each open expression, the outermost first.
@@ -83,13 +83,13 @@ pub(crate) fn check(tokens: &Tokens<'_>) -> Result<(), Rejection> {
     open.iter().try_for_each(|operators| allowed(text, operators))
 }
 
-/// Checks the operators of an expression that ends inside the current brackets.
+/// Checks and removes the operators of the innermost open expression, which ends at a separator such as `,` or `;`.
 fn end(text: &str, open: &mut [Vec<Operator>]) -> Result<(), Rejection> {
     let Some(operators) = open.last_mut() else { return Ok(()) };
     allowed(text, &std::mem::take(operators))
 }
 
-/// Checks the operators of an expression that ends with the innermost brackets.
+/// Checks and removes the operators of the innermost open expression, which ends with its closing bracket.
 fn close(text: &str, open: &mut Vec<Vec<Operator>>) -> Result<(), Rejection> {
     let operators = open.pop().unwrap_or_default();
     if open.is_empty() {
@@ -98,7 +98,7 @@ fn close(text: &str, open: &mut Vec<Vec<Operator>>) -> Result<(), Rejection> {
     allowed(text, &operators)
 }
 
-/// Rejects operators of one level that need parentheses.
+/// Rejects the operators of one expression, without those in nested brackets, if two of them need parentheses.
 fn allowed(text: &str, operators: &[Operator]) -> Result<(), Rejection> {
     let word = |at: usize| &text[operators[at].clone()];
     let is = |at: usize, of: &[&str]| of.contains(&word(at));

@@ -28,7 +28,7 @@ pub(crate) struct Rejection {
     pub(crate) scope: Scope,
 }
 
-/// The part of a module that is rejected: every module with the same part is rejected as well.
+/// The part of a WGSL module that is rejected: every module with the same part is rejected as well.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Scope {
     /// The declaration at the place of the rejection, including what it depends on.
@@ -45,7 +45,7 @@ pub(crate) enum Scope {
 /// An exceeded limit of a target profile.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Excess {
-    /// A key for the limited quantity: excesses with the same key and place have one root cause, whatever their
+    /// A key that names the limited quantity. Excesses with the same key and place have one root cause, whatever their
     /// amounts.
     pub(crate) of: String,
     pub(crate) found: u64,
@@ -74,7 +74,8 @@ impl Rejection {
         Self { help: Some(help.into()), ..self }
     }
 
-    /// Creates the diagnostic in the template. `template` is the file to use if the range cannot be mapped.
+    /// Creates the diagnostic at the place in the template that `map` gives. `text` is the generated WGSL; `template`
+    /// is the file to use if the range cannot be mapped.
     pub(crate) fn to_diagnostic(&self, text: &str, map: &TextMap, template: FileId) -> Diagnostic {
         let span = self.range.clone().and_then(|range| map.span(range));
         let span = span.unwrap_or(source::Span::new(template, 0..0));
@@ -93,7 +94,7 @@ impl Rejection {
     }
 }
 
-/// The generated line at a byte offset, as a message: `generated line 12: let x = 1;`.
+/// The line of generated WGSL at a byte offset, as a message: `generated line 12: let x = 1;`.
 pub(crate) fn generated_line(text: &str, offset: usize) -> String {
     let bytes = text.as_bytes();
     let offset = offset.min(bytes.len());
@@ -104,7 +105,8 @@ pub(crate) fn generated_line(text: &str, offset: usize) -> String {
     format!("generated line {number}: {line}")
 }
 
-/// Joins a message into one line without handle indices: `Expression [12] is invalid` becomes `Expression is invalid`.
+/// Joins a message of naga into one line without handle indices: `Expression [12] is invalid` becomes
+/// `Expression is invalid`.
 pub(crate) fn one_line(text: &str) -> String {
     let mut line = String::with_capacity(text.len());
     let mut rest = text;

@@ -29,13 +29,14 @@ enum Kind {
 
 struct Block {
     kind: Kind,
-    /// The declared names: index of the token, and whether the name is a constant.
+    /// The names declared in the block: the index of the name's token, and whether it is a `const`.
     names: Vec<(usize, bool)>,
-    /// The token index of the first `continue` of this loop; `None` if there is none.
+    /// The token index of the first `continue` so far that belongs to this loop; `None` if there is none.
     left_at: Option<usize>,
 }
 
-/// Rejects the first use of a name that WGSL does not allow at its place.
+/// Rejects the first `case` selector that is no constant, or `continue` that skips a declaration which `continuing`
+/// uses.
 pub(crate) fn check(tokens: &Tokens<'_>) -> Result<(), Rejection> {
     let is_needed = |word: &str| word == "case" || word == "continuing";
     if !(0..tokens.ranges.len()).any(|at| is_needed(tokens.word(at))) {
@@ -76,7 +77,8 @@ pub(crate) fn check(tokens: &Tokens<'_>) -> Result<(), Rejection> {
     Ok(())
 }
 
-/// Rejects names of variables or `let` values among the selectors of a `case`.
+/// Rejects names of variables or `let` values among the selectors of a `case`. `case` is the index of the keyword's
+/// token.
 fn case(tokens: &Tokens<'_>, blocks: &[Block], case: usize) -> Result<(), Rejection> {
     for at in case + 1..tokens.ranges.len() {
         let word = tokens.word(at);
@@ -99,7 +101,8 @@ fn case(tokens: &Tokens<'_>, blocks: &[Block], case: usize) -> Result<(), Reject
     Ok(())
 }
 
-/// Rejects a name in a `continuing` block if an earlier `continue` of its loop skips the name's declaration.
+/// Rejects a name in a `continuing` block if an earlier `continue` of the loop skips its declaration. `at` is the index
+/// of the name's token.
 fn bypassed(tokens: &Tokens<'_>, blocks: &[Block], at: usize) -> Result<(), Rejection> {
     let word = tokens.word(at);
     for pair in blocks.windows(2).filter(|pair| pair[1].kind == Kind::Continuing) {

@@ -20,7 +20,7 @@ use super::ir::{self, Bound};
 use super::rejection::{Rejection, Scope};
 use crate::codes;
 
-/// An inter-stage variable.
+/// An inter-stage variable: a user-defined output of a vertex stage or input of a fragment stage.
 struct Variable<'a> {
     bound: Bound<'a>,
     location: u32,
@@ -28,7 +28,8 @@ struct Variable<'a> {
     sampling: Option<Sampling>,
 }
 
-/// The user-defined variables among an entry point's inputs or outputs, sorted by location.
+/// The variables with a location among an entry point's inputs or outputs, sorted by location; built-in values are left
+/// out.
 fn variables(all: Vec<Bound<'_>>) -> Vec<Variable<'_>> {
     let all = all.into_iter();
     let mut found: Vec<Variable<'_>> = all
@@ -43,7 +44,8 @@ fn variables(all: Vec<Bound<'_>>) -> Vec<Variable<'_>> {
     found
 }
 
-/// Returns rejections of fragment inputs without a matching output of the vertex stage.
+/// Returns a rejection for each fragment input without a matching output of the vertex stage. `text` is the module's
+/// WGSL.
 pub(crate) fn mismatched(text: &str, module: &Module) -> Vec<Rejection> {
     let of = |stage: ShaderStage| {
         let mut those: Vec<_> = module.entry_points.iter().filter(|entry| entry.stage == stage).collect();
@@ -128,7 +130,8 @@ impl Pair<'_> {
     }
 }
 
-/// The byte range of a variable's declaration (a structure member or an argument), or else of its entry point's name.
+/// The byte range of an inter-stage variable's declaration (a structure member or an argument), or else of its entry
+/// point's name.
 fn place(text: &str, module: &Module, variable: &Bound<'_>, name: &str) -> Option<Range<usize>> {
     let entry_point = entry_point(text, name);
     let within = match variable.owner {
@@ -152,7 +155,8 @@ fn interpolation(variable: &Variable<'_>) -> String {
     format!("with @interpolate({}{})", interpolation.to_wgsl(), sampling.unwrap_or_default())
 }
 
-/// The byte range of an entry point's name, found in the source since naga stores no span for it.
+/// The byte range of an entry point's name, found in the WGSL since naga stores no span for it. `None` if it is not
+/// found.
 pub(crate) fn entry_point(text: &str, name: &str) -> Option<Range<usize>> {
     words(text, name).find(|range| {
         let before = text[..range.start].trim_end();
@@ -160,7 +164,7 @@ pub(crate) fn entry_point(text: &str, name: &str) -> Option<Range<usize>> {
     })
 }
 
-/// The byte range of `@workgroup_size` before an entry point; `None` if there is none.
+/// The byte range of the attribute `@workgroup_size` of an entry point; `None` if there is none.
 pub(crate) fn workgroup_size(text: &str, name: &str) -> Option<Range<usize>> {
     const ATTRIBUTE: &str = "@workgroup_size";
     let before = &text[..entry_point(text, name)?.start];
@@ -169,7 +173,8 @@ pub(crate) fn workgroup_size(text: &str, name: &str) -> Option<Range<usize>> {
     Some(at..at + ATTRIBUTE.len())
 }
 
-/// The byte range of the first inter-stage variable of an entry point that exceeds `allowed`, or else of the last one.
+/// The byte range of the first inter-stage variable whose number or location exceeds the limit `allowed`, or else of
+/// the last one. `None` without inter-stage variables.
 pub(crate) fn variable_beyond(
     text: &str,
     module: &Module,
@@ -186,7 +191,7 @@ pub(crate) fn variable_beyond(
     place(text, module, &beyond.or(variables.last())?.bound, &entry.name)
 }
 
-/// Iterates over the byte ranges at which a name occurs as a separate word. Empty for an empty name.
+/// Iterates over the byte ranges at which a name occurs in WGSL as a separate word. Empty for an empty name.
 pub(crate) fn words<'t>(text: &'t str, name: &'t str) -> impl Iterator<Item = Range<usize>> + 't {
     let is_word = |byte: Option<&u8>| byte.is_some_and(complexity::is_of_word);
     let bytes = text.as_bytes();

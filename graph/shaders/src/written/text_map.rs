@@ -10,28 +10,28 @@ use std::ops::Range;
 
 use umbragraph_text::source::{FileId, Span};
 
-/// Generated WGSL with the map to its templates.
+/// Generated WGSL, with a map from its byte offsets to places in templates.
 #[derive(Clone, Debug)]
 pub(crate) struct Source {
     pub(crate) wgsl: String,
     pub(crate) map: TextMap,
 }
 
-/// A piece of generated WGSL with its origin.
+/// A piece of generated WGSL, with its origin in a template. It ends where the next piece starts.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Segment {
     /// The byte offset of the piece in the generated WGSL.
     pub(crate) start: u32,
-    /// The origin in a template; `None` if unknown.
+    /// The place in a template that wrote the piece; `None` if unknown.
     pub(crate) origin: Option<Origin>,
 }
 
 /// The origin of a piece of generated WGSL.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Origin {
-    /// Copied literally from a file, starting at this byte offset.
+    /// Text copied literally from a template file, starting at this byte offset of the file.
     Literal(FileId, u32),
-    /// Written by the template tag with this span.
+    /// Output of the template tag with this span.
     Tag(Span),
 }
 
@@ -43,11 +43,11 @@ pub struct TextMap {
 }
 
 impl TextMap {
-    /// Returns the template span for a byte range of the generated WGSL; `None` if unknown. Literal text maps exactly,
-    /// the output of an expression maps to its tag.
+    /// Returns the template span for a byte range of the generated WGSL; `None` if unknown. Literal text maps exactly;
+    /// the output of an expression maps to the expression's tag.
     ///
-    /// A range over several pieces maps to its part in the first piece. If first and last piece are literal text of
-    /// one file in order, it maps from the first to the last byte.
+    /// A range over several pieces maps to its part in the first piece. If first and last piece are literal text of the
+    /// same file in order, the span reaches to the last byte.
     pub fn span(&self, range: Range<usize>) -> Option<Span> {
         let range = range.start.min(self.length as usize)..range.end;
         let at = self.index(range.start)?;
@@ -68,8 +68,8 @@ impl TextMap {
         }
     }
 
-    /// Returns the template place of one byte of the generated WGSL; `None` if unknown. After the last byte, the place
-    /// is an empty span.
+    /// Returns the place in a template that wrote the byte at `offset` of the generated WGSL; `None` if unknown. The
+    /// place after the last byte is an empty span.
     pub fn place(&self, offset: usize) -> Option<Span> {
         let offset = offset.min(self.length as usize);
         let at = self.index(offset)?;
@@ -95,7 +95,8 @@ impl TextMap {
         })
     }
 
-    /// Iterates over the pieces in a byte range, clipped to it, each with the origin of its first byte.
+    /// Iterates over the pieces of the generated WGSL in a byte range, clipped to this range, each with the origin of
+    /// its first byte.
     pub(crate) fn part(&self, part: Range<usize>) -> impl Iterator<Item = (Range<usize>, Option<Origin>)> {
         let first = self.index(part.start).unwrap_or_default();
         let cut = move |at: usize| {

@@ -10,15 +10,15 @@ use std::ops::Range;
 
 use super::complexity;
 
-/// Keywords that cannot end an operand, so that a following sign is unary.
+/// WGSL keywords that cannot end an operand, so that a following operator sign is unary.
 pub(super) const KEYWORDS: [&str; 10] =
     ["return", "if", "else", "while", "switch", "case", "let", "const", "const_assert", "in"];
 
-/// Operators of two bytes. Those that begin with `>` are left out, since `>` may end a template list.
+/// WGSL operators of two bytes. Operators that begin with `>` are left out, since `>` may end a template list.
 const PAIRS: [&str; 17] =
     ["&&", "||", "<<", "<=", "==", "!=", "->", "++", "--", "+=", "-=", "*=", "/=", "%=", "&=", "|=", "^="];
 
-/// The tokens of a WGSL module.
+/// The tokens of a WGSL module, as byte ranges in its source.
 pub(crate) struct Tokens<'t> {
     pub(crate) text: &'t str,
     pub(crate) ranges: Vec<Range<usize>>,
@@ -38,7 +38,8 @@ impl<'t> Tokens<'t> {
         self.ranges.get(at).map_or("", |range| &self.text[range.clone()])
     }
 
-    /// The index of the bracket that closes the one at `open`, or the number of tokens if it is not closed.
+    /// The token index of the bracket that closes the bracket at token index `open`, or the number of tokens if it is
+    /// not closed.
     pub(crate) fn closing(&self, open: usize) -> usize {
         let mut depth = 0_usize;
         for at in open..self.ranges.len() {
@@ -64,7 +65,8 @@ impl<'t> Tokens<'t> {
         (0..self.ranges.len()).filter(is_declared).nth(1).is_some()
     }
 
-    /// The index of the comma after a member's type, or `end` if there is none.
+    /// The token index of the comma after the type of a structure member, or `end` if there is none. `ty` is the token
+    /// index of the type.
     pub(super) fn after_member(&self, ty: usize, end: usize) -> usize {
         let mut depth = 0_usize;
         for at in ty..end {
@@ -78,7 +80,7 @@ impl<'t> Tokens<'t> {
         end
     }
 
-    /// The index of the first token after the attributes that begin at `at`.
+    /// The index of the first token after the attributes that begin at token index `at`.
     pub(crate) fn after_attributes(&self, mut at: usize) -> usize {
         while self.word(at) == "@" {
             at += 2;
@@ -100,7 +102,7 @@ pub(super) fn is_assignment(word: &str) -> bool {
     word.ends_with('=') && !["==", "!=", "<=", ">="].contains(&word)
 }
 
-/// Splits WGSL into names, numbers, and operators of one or two bytes. Returns their byte ranges.
+/// Returns the byte ranges of the tokens in WGSL: names, numbers, and operators of one or two bytes.
 fn tokens(text: &str) -> Vec<Range<usize>> {
     let mut tokens: Vec<Range<usize>> = Vec::new();
     for range in complexity::words(text) {
@@ -117,7 +119,7 @@ fn tokens(text: &str) -> Vec<Range<usize>> {
     tokens
 }
 
-/// Returns `true` if `word` continues a number with an exponent, such as `1e` or `1e-`.
+/// Returns `true` if `word` continues `number`, which ends inside an exponent, such as `1e` or `1e-`.
 fn is_exponent(number: &str, word: &str) -> bool {
     let is_number = number.starts_with(|first: char| first.is_ascii_digit());
     let is_hex = number.starts_with("0x") || number.starts_with("0X");

@@ -40,7 +40,7 @@ impl Files for Disk {
     }
 }
 
-/// A source of files on disk without root folders, for files that the host names itself.
+/// A source of files on disk without a check against root folders, for paths that the host application passes itself.
 #[derive(Clone, Copy, Debug)]
 pub struct Named;
 
@@ -96,8 +96,8 @@ fn collect(
 /// The maximum number of files in a folder that are compared with the name of a missing file.
 const MAX_BESIDE: usize = 1000;
 
-/// Returns a help text for a missing file that suggests the most similar file name in the same folder with an ending of
-/// `ends`. `None` if no name is similar.
+/// Returns a help text for the missing file `path`. It suggests the most similar file name in the same folder that ends
+/// in one of `ends`. `None` if no name is similar.
 pub fn meant_beside(path: &Path, ends: &[&str]) -> Option<String> {
     meant_in(folder_of(path), path, ends)
 }
@@ -112,8 +112,8 @@ fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|folder| *folder != Path::new("")).unwrap_or(Path::new("."))
 }
 
-/// Reads and registers a text file that the host names itself, without a check against root folders. Diagnostics show
-/// the path as given.
+/// Reads and registers a text file whose path the host application passes itself, without a check against root folders.
+/// Diagnostics show the path as given.
 ///
 /// # Errors
 /// A file that cannot be read, is too large, or is not UTF-8.
@@ -203,7 +203,7 @@ fn read_unchanged<S: PartialEq>(
     Ok((bytes.len() as u64 <= max).then_some(bytes))
 }
 
-/// Creates the diagnostic for a file that cannot be read.
+/// Creates the diagnostic for a file that cannot be read; `name` is the file's path for the message.
 pub fn unreadable(name: &str, error: &std::io::Error) -> Diagnostic {
     let reason = match error.kind() {
         std::io::ErrorKind::NotFound => "it does not exist".to_owned(),

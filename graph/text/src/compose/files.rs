@@ -12,7 +12,8 @@ pub trait Files {
     /// Reads the file at a path, and registers its contents in `sources`.
     ///
     /// # Errors
-    /// A diagnostic whose place is replaced by the caller with the place where the path is written.
+    /// A file that cannot be read. The caller replaces the place of the diagnostic with the place at which the document
+    /// names the file.
     fn read(&mut self, path: &Path, sources: &mut Sources) -> Result<FileId, Diagnostic>;
 
     /// Parses a registered file as a document.
@@ -28,8 +29,8 @@ pub trait Files {
         document::parse(sources, file).document
     }
 
-    /// Returns `true` if names that begin with `scheme` and `:` belong to this source, and are not paths relative to a
-    /// folder.
+    /// Returns `true` if this source resolves names that begin with `scheme` and `:`, which are then not paths relative
+    /// to a folder.
     fn has_scheme(&self, _scheme: &str) -> bool {
         false
     }

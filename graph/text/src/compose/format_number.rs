@@ -8,8 +8,8 @@ use crate::document::{Kind, Value};
 /// The version of the file format that this version of the engine reads.
 const KNOWN: f64 = 1.0;
 
-/// Returns a diagnostic if the number under `"format"` is not 1. A missing key, or a value that is no number, is left
-/// to the schema.
+/// Returns a diagnostic if the number under `"format"` is not 1. `None` also for a missing key or a value that is not a
+/// number, which the schema check reports.
 pub fn other_format(root: &Value) -> Option<Diagnostic> {
     let value = root.get("format")?;
     let Kind::Number(number) = &value.kind else { return None };

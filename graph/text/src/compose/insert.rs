@@ -100,8 +100,8 @@ pub(super) fn put_in(document: &mut Value, mut extension: Value, diagnostics: &m
 
 type Names = Vec<(String, Span)>;
 
-/// Returns the names of the passes before and after an extension point; `None` after reporting that it is unknown.
-/// `beside` lists all points that the extension names.
+/// Returns the names of the passes before and after an extension point; `None` after reporting an unknown extension
+/// point. `beside` lists all points that the extension names.
 fn extension_point(
     document: &Value,
     point: &Entry,
@@ -128,8 +128,8 @@ fn extension_point(
     Some((names("after"), names("before").into_iter().map(|(name, _)| name).collect()))
 }
 
-/// Returns the last pass that an earlier extension inserted after the same passes. The next inserted pass runs after
-/// it.
+/// Returns the last pass that an earlier extension inserted after the passes `after`; `None` if there is none. The next
+/// pass inserted there runs after the returned one.
 fn last_inserted(document: &Value, after: &Names) -> Option<(String, Span)> {
     let wanted: Vec<&str> = after.iter().map(|(name, _)| name.as_str()).collect();
     let inserted = document.entries_of("passes").iter().rev().find(|pass| {

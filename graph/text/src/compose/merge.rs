@@ -27,7 +27,7 @@ pub const SECTIONS: &[&str] = &[
 pub(super) struct Changes {
     /// The spans of the overridden values, newest first.
     pub(super) replaced: BTreeMap<String, Vec<Span>>,
-    /// The spans of the `null`s that deleted values.
+    /// The spans of the `null`s that deleted values, by the JSON pointer of the deleted value.
     pub(super) deleted: BTreeMap<String, Span>,
 }
 
@@ -48,8 +48,8 @@ pub(super) fn over(
     lay_over(base, value, pointer, false, changes, diagnostics)
 }
 
-/// Overrides `base` with `value`, as [`over`] does. `keeps` keeps deleting `null`s in the result: in a pass that
-/// extends shared settings, they delete members of the group later.
+/// Overrides `base` with `value`, as [`over`] does. If `keeps` is `true`, `null`s that delete members stay in the
+/// result. A pass that extends shared settings needs them, since they delete members of the group later.
 fn lay_over(
     base: Value,
     value: Value,
@@ -123,7 +123,8 @@ fn lay_over(
     Value { span: value.span, kind: Kind::Object(entries) }
 }
 
-/// Whether `entries`, at `pointer`, are the members of a pass or group that extends shared settings.
+/// Returns `true` if `entries` are the members of a pass, or of a group of shared settings, that extends shared
+/// settings. `pointer` is the JSON pointer of that pass or group.
 fn takes_over(entries: &[Entry], pointer: &Pointer<'_>) -> bool {
     let names = |entry: &Entry| matches!(entry.value.kind, Kind::Text(_) | Kind::Array(_));
     if !entries.iter().any(|entry| entry.key == "extends" && names(entry)) {

@@ -77,7 +77,7 @@ pub enum Layer {
     Extended,
     /// A file that another file includes.
     Included,
-    /// An extension file that the host names, or a file that it is composed of.
+    /// An extension file that the host application names, or a file that the extension is composed of.
     Extension,
     /// A subgraph file that a pass uses.
     Used,
@@ -119,8 +119,9 @@ impl Composed {
     }
 }
 
-/// Composes the document of a registered file with the files that it names, relative to its own `path`. Returns `None`
-/// if composing fails; `diagnostics` then has errors.
+/// Composes a registered file with the files that it extends, includes or uses into one document. Paths in a file are
+/// relative to the folder of the file; `path` is the path of the registered file. Returns `None` if composing fails;
+/// `diagnostics` then has errors.
 pub fn compose(
     file: FileId,
     path: &Path,
@@ -182,7 +183,7 @@ struct Composer<'a> {
     /// Whether broken or missing parts are left out instead of being errors.
     is_lenient: bool,
     seen: Vec<FileId>,
-    /// The paths of the files that lead to the current one, each with the span that names the next file.
+    /// The paths of the files that lead to the current file, each with the span that names the next file.
     chain: Vec<(PathBuf, Option<Span>)>,
     changes: merge::Changes,
     layers: BTreeMap<FileId, Layer>,
@@ -195,7 +196,8 @@ struct Composer<'a> {
 }
 
 impl Composer<'_> {
-    /// Composes a file: the file overrides its base files, and the result overrides `below`.
+    /// Composes a file: the file overrides its base files, and the result overrides `below`, the base files that were
+    /// composed before.
     fn file(&mut self, file: FileId, path: &Path, below: Option<Value>) -> Option<Value> {
         self.seen.push(file);
         self.paths.insert(normalize(path));
@@ -252,8 +254,8 @@ impl Composer<'_> {
         (fine || self.is_lenient).then_some(merged)
     }
 
-    /// Reports keys that look like a misspelt `extends` or `include`. Returns `true` if there are any; without these
-    /// files, no other check makes sense.
+    /// Reports keys that look like a misspelt `extends` or `include`. Returns `true` if there are any. Without the
+    /// files that they name, no other check makes sense.
     fn misspells_a_file_key(&mut self, root: &Value) -> bool {
         let entries = root.entries().unwrap_or_default();
         let is_there = |name: &str| entries.iter().any(|entry| entry.key == name);
@@ -276,7 +278,8 @@ impl Composer<'_> {
         found
     }
 
-    /// The paths under `key`, which is a string or a list of strings, each with its span.
+    /// Returns the paths that a document names under the key `key`, as a string or a list of strings, each with its
+    /// span.
     fn named_files(&mut self, root: &Value, key: &str) -> Vec<(String, Span)> {
         let Some(value) = root.get(key) else { return Vec::new() };
         let list = match &value.kind {

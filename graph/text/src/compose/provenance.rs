@@ -13,7 +13,8 @@ use crate::diagnostic::{Diagnostic, Diagnostics, Place, suggested_name};
 use crate::document::{Document, Entry, Value, pointer_join};
 use crate::source::{FileId, Span};
 
-/// Rewrites diagnostics about a composed document to the places where the values are written, and merges equal ones.
+/// Changes the JSON pointers in diagnostics about a composed document to those at which the values are written, such as
+/// in shared settings. Diagnostics that become equal are merged.
 pub fn as_written(document: &Document, diagnostics: Diagnostics) -> Diagnostics {
     if diagnostics.is_empty() {
         return diagnostics;
@@ -25,8 +26,8 @@ pub fn as_written(document: &Document, diagnostics: Diagnostics) -> Diagnostics 
     written
 }
 
-/// Redirects a diagnostic about an inherited value to the group of shared settings, and adds the pass as a related
-/// place.
+/// Redirects a diagnostic about an inherited value to the group of shared settings that contains the value, and adds
+/// the pass as a related place.
 fn in_group(document: &Document, places: &SharedPlaces<'_>, diagnostic: Diagnostic) -> Diagnostic {
     let Place::Span(place) = diagnostic.place else { return diagnostic };
     let user = places.at(place).zip(pass_at(document, &diagnostic.pointer));
@@ -35,7 +36,7 @@ fn in_group(document: &Document, places: &SharedPlaces<'_>, diagnostic: Diagnost
     diagnostic.related(extends, format!("the pass \"{pass}\" takes it over")).pointer(pointer)
 }
 
-/// Corrects the JSON pointer of a diagnostic in a section whose key is misspelt, to the key as it is written.
+/// Changes the JSON pointer of a diagnostic in a section with a misspelt key, so that it has the key as it is written.
 fn in_section(document: &Document, diagnostic: Diagnostic) -> Diagnostic {
     let entries = document.root.entries().unwrap_or_default();
     let written = |pointer: &str| -> Option<String> {
@@ -60,7 +61,7 @@ pub struct SharedPlaces<'d> {
 }
 
 impl<'d> SharedPlaces<'d> {
-    /// Collects the source ranges of the groups of a document and of its subgraphs.
+    /// Collects the source ranges of all groups of shared settings, those of the pipeline and those of its subgraphs.
     pub fn of(document: &'d Document) -> Self {
         let mut places = Self { ranges: BTreeMap::new() };
         let owners = document.root.entries_of("subgraphs").iter();
@@ -86,7 +87,7 @@ impl<'d> SharedPlaces<'d> {
         }
     }
 
-    /// The name of the group that a span belongs to; `None` if it belongs to none.
+    /// The name of the group of shared settings that contains a span; `None` if no group contains it.
     pub fn find(&self, place: Span) -> Option<&'d str> {
         self.at(place).map(|(group, _)| group)
     }

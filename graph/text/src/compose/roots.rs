@@ -12,7 +12,8 @@ use std::path::{Path, PathBuf};
 pub struct Roots(Vec<PathBuf>);
 
 impl Roots {
-    /// The roots of a document: the working folder, and the folder that contains the document.
+    /// The root folders for the files that a document names: the working folder, and the folder that contains the
+    /// document.
     pub fn of(document: &Path) -> Self {
         Self::below(document.parent().unwrap_or_else(|| Path::new("")))
     }
@@ -30,7 +31,7 @@ impl Roots {
         self
     }
 
-    /// Adds the root folders of `others`.
+    /// Adds the root folders of `others` that are not in the list yet.
     #[must_use]
     pub fn with(mut self, others: &Self) -> Self {
         let new = others.0.iter().filter(|folder| !self.0.contains(folder)).cloned().collect::<Vec<_>>();

@@ -32,13 +32,13 @@ use crate::source::Span;
 const MAX_LEVELS: usize = 32;
 const MAX_VALUES: usize = 1_500_000;
 
-/// Resolves the shared settings that passes extend in a document of a single file, which is not composed of others.
+/// Merges groups of shared settings into the passes that extend them, in a document that consists of a single file.
 pub fn share(document: &mut Document, diagnostics: &mut Diagnostics) {
     take_over(&mut document.root, &|_, _| true, &mut Changes::default(), diagnostics);
 }
 
-/// Merges passes into the shared settings that they extend. `wanted` selects passes and subgraphs, by section (`passes`
-/// or `subgraphs`) and name.
+/// Merges groups of shared settings into the passes that extend them. `wanted` selects the passes and subgraphs to
+/// process, by section (`passes` or `subgraphs`) and name.
 pub(super) fn take_over(
     root: &mut Value,
     wanted: &dyn Fn(&str, &str) -> bool,
@@ -81,8 +81,8 @@ struct Section {
 struct Sharing<'s> {
     changes: &'s mut Changes,
     diagnostics: &'s mut Diagnostics,
-    /// Groups of settings merged with those that they extend, by the span of the group's key; `None` for a group with
-    /// an error.
+    /// Groups of shared settings, merged with the groups that they extend, by the span of the group's key. `None` for a
+    /// group with an error.
     whole: BTreeMap<Span, Option<Value>>,
     /// The number of values copied from groups so far.
     values: usize,
@@ -102,8 +102,9 @@ impl Sharing<'_> {
         }
     }
 
-    /// Merges a pass, or a group, into the groups that it extends; the result keeps its `extends` key. If a group is
-    /// missing or broken, the error is the value unmerged with `extends` set to null (see [`is_incomplete`]).
+    /// Merges groups of shared settings into a pass or group that extends them; the result keeps its `extends` key. If
+    /// one of the groups is missing or broken, the unmerged value is returned as an error, with `extends` set to null
+    /// (see [`is_incomplete`]).
     fn laid_over(
         &mut self,
         mut own: Value,
@@ -148,8 +149,8 @@ impl Sharing<'_> {
         merge::over(below, value, &Pointer::Text(pointer), self.changes, self.diagnostics)
     }
 
-    /// Returns the group with the given name, merged with those that it extends and without its `extends` key. `None`
-    /// after reporting an error.
+    /// Returns the group of shared settings with the given name, without its `extends` key but merged with the groups
+    /// that it extends. `None` after reporting an error.
     fn group(
         &mut self,
         name: &Value,
@@ -214,14 +215,14 @@ impl Sharing<'_> {
     }
 }
 
-/// Returns `true` if a pass extends shared settings that are missing or broken. That error is already reported, and
-/// members that the pass lacks may follow from it.
+/// Returns `true` if a pass extends shared settings that are missing or broken. The error is already reported, and
+/// members that are missing in the pass may be a consequence.
 pub fn is_incomplete(pass: &Value) -> bool {
     pass.get("extends").is_some_and(|extends| matches!(extends.kind, Kind::Null))
 }
 
-/// Converts the JSON pointer `below` in a pass to the pointer of the same value in `group`. A group may have it under
-/// `settings` instead of the node kind.
+/// Converts the JSON pointer `below` in a pass to the pointer of the same value in `group`. A group may have the value
+/// under `settings` instead of under the pass's node kind.
 pub(super) fn way_in(group: &Value, below: &str) -> String {
     let depth = |way: &str| {
         let keys = way.split('/').skip(1);
@@ -232,7 +233,7 @@ pub(super) fn way_in(group: &Value, below: &str) -> String {
     if depth(&shared) > depth(below) { shared } else { below.to_owned() }
 }
 
-/// The names under "extends", which is a string or a list of strings.
+/// The names in the value of `extends`, which is a string or a list of strings; empty for null.
 fn names_in(value: &Value) -> &[Value] {
     match &value.kind {
         Kind::Array(elements) => elements,

@@ -21,8 +21,8 @@ pub fn is_path(used: &str) -> bool {
     used.ends_with(".json") || used.ends_with(".jsonc") || used.contains(['/', '\\'])
 }
 
-/// Resolves the subgraph paths in the passes of a file, which are relative to that file's folder, to paths as the host
-/// would write them.
+/// Rewrites the paths of subgraph files in a file's passes. They are written relative to the folder of the file, and
+/// become relative to the same folder as `path`, the path of the file.
 pub(super) fn resolve(files: &dyn Files, root: &mut Value, path: &Path) {
     let folder = path.parent().unwrap_or_else(|| Path::new(""));
     let resolve_passes = |passes: &mut Value| resolve_passes(files, passes, folder);
@@ -81,8 +81,8 @@ fn used_files(root: &Value) -> VecDeque<(String, Span)> {
 }
 
 impl Composer<'_> {
-    /// Reads the subgraph files that passes use, and adds them to the document's `subgraphs`. Returns their paths, or
-    /// `None` if one could not be read.
+    /// Reads the subgraph files that passes use, and adds them to the document's `subgraphs`. Returns the paths of the
+    /// files, or `None` if a file could not be read.
     pub(super) fn use_files(&mut self, root: &mut Value) -> Option<BTreeSet<String>> {
         let mut fine = true;
         let mut known = BTreeSet::new();

@@ -1,10 +1,10 @@
 //! Stable codes of diagnostics, each with the page that explains it.
 
-/// A stable diagnostic code with its explanation. Codes of this project are `UG` and four digits; node kinds of
-/// integrators use other prefixes.
+/// A stable diagnostic code with its explanation. Codes of this project are `UG` and four digits; node kinds that other
+/// projects add use other prefixes.
 ///
-/// The title names the kind of diagnostic in a few words. The page explains in Markdown why it is reported, with an
-/// example and a remedy.
+/// The title names the kind of diagnostic in a few words. The page explains in Markdown why the diagnostic is reported,
+/// often with an example and a remedy.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Code {
     /// The code, such as `UG0101`.

@@ -5,21 +5,21 @@
 //! 08 devices and execution. A code is never reused for another meaning.
 
 crate::codes! {
-    /// A file that is named but cannot be read.
+    /// A file that the command line, a pipeline or a template names, but that cannot be read.
     FILE_UNREADABLE = "UG0001", "file cannot be read",
         "A file that the command line, a pipeline or a template names does not exist, cannot be read, or is no regular file: a pipe or a device may never end.\n\nPaths inside a file are relative to the folder of that file.";
     /// A file that is not UTF-8.
     FILE_NOT_UTF8 = "UG0002", "file is not UTF-8",
         "Pipelines, parameter files and templates are UTF-8 text. The diagnostic points to the first byte that is not.";
-    /// A file over the size limit.
+    /// A file over the limit of 64 MiB of text or 1,500,000 values.
     FILE_TOO_LARGE = "UG0003", "file too large", "Pipelines, parameter files and templates are limited to 64 MiB of text and 1,500,000 values: what is larger was hardly written by a person, and is rejected before a tree is made of it.";
-    /// A file that a document names, outside of the folders that it may read.
+    /// A file that a document names, outside of the folders that the document may read.
     FILE_OUTSIDE = "UG0010", "file outside of what may be read",
         "Files that a document names (those that it extends or includes, subgraphs, templates, buffers and images of a scene) lie below the working folder, below the folder of the pipeline or scene that is named on the command line, or below a folder given with `--root FOLDER`. Links are followed before that is looked at. A file elsewhere is not opened, and whether it exists is not said.";
     /// One file that a pipeline names by two different paths.
     FILE_TWICE = "UG0011", "one file by two paths",
         "Two paths lead to the same file, by a link or by the folder that they begin with. What it says counts twice, and an unsaved text over one of the paths is over the other too.";
-    /// Files that extend or include one another in a cycle.
+    /// Files that extend or include one another in a cycle, or too many files of one pipeline.
     FILE_CYCLE = "UG0007", "files in a cycle",
         "A file extends or includes another that, perhaps by a detour, extends or includes the first; or a pipeline is made of more files than allowed.";
     /// A `null` that deletes a member which the extended file does not have.
@@ -40,7 +40,7 @@ crate::codes! {
     /// A key that the schema does not allow in its object.
     UNKNOWN_KEY = "UG0102", "unknown key",
         "An object has a key that means nothing at its place. Nothing is ignored silently: a misspelt key would otherwise change nothing and say nothing.";
-    /// A key that appears twice in one object.
+    /// A key that appears twice in one object, or a name that both a file and a file that it includes declare.
     DUPLICATE_KEY = "UG0103", "duplicate key",
         "A key appears twice in one object. Other readers of JSON take the first or the last of the two; here it is always a mistake.";
     /// A number that neither a 64-bit integer nor a 64-bit float can represent.
@@ -98,10 +98,10 @@ crate::codes! {
     /// A toggle that the pipeline does not declare under `toggles`.
     UNKNOWN_TOGGLE = "UG0214", "unknown toggle",
         "A pass, a frame or the command line names a toggle that the pipeline does not declare under `toggles`. A pass has one toggle at most; `!name` means that it runs while the toggle is off.";
-    /// A declared toggle that no pass has.
+    /// A declared toggle that no pass uses.
     UNUSED_TOGGLE = "UG0215", "toggle without a pass",
         "A toggle is declared, but no pass has it: switching it changes nothing.";
-    /// A `passthrough` fallback that cannot replace the resource.
+    /// A `passthrough` fallback that cannot replace the resource of a toggled pass, such as one of another dimension.
     PASSTHROUGH = "UG0216", "impossible passthrough",
         "`passthrough` says what readers see instead of a resource in a frame without the passes that write it. That works for a resource that only passes of one and the same toggle write, and for one that is bound or copied from (not attached). The fallback has to be of the same kind: the same dimension, layers and samples, a format that the readers can use, buffers no smaller, blackboard data of the same shape.\n\nA pass that loads what a toggled pass makes fresh, and adds to it, cannot be served by another resource: give it the same toggle, or let the toggled pass load what an earlier pass made, so that without it the earlier contents stay.";
     /// A `one_of` group of features of which not exactly one is on.
@@ -154,7 +154,8 @@ crate::codes! {
     /// A pass that sets an axis which its shader template does not declare.
     UNKNOWN_AXIS = "UG0602", "unknown axis",
         "A pass chooses a value for an axis that the template does not declare. Axes stand in `NAME.axes.json` beside the template.";
-    /// An entry point that the shader does not have, or a choice among several that is missing.
+    /// An entry point that the shader does not have, or a pass that does not choose between several entry points of a
+    /// stage.
     UNKNOWN_ENTRY_POINT = "UG0609", "unknown entry point",
         "A pass names under `entry_points` one that its shader does not have in that stage, or that one of its variants does not have; or names none where a stage has several; or its shader has none of a stage that the pass needs.";
     /// A binding or block member that no reachable variant of the shader declares.
@@ -166,7 +167,7 @@ crate::codes! {
     /// Blackboard data without the values that a CPU pass reads, or with other types.
     DATA_SHAPE = "UG0305", "blackboard data of another kind",
         "A CPU pass reads values of the blackboard data that it names, and another pass publishes data of that name, but without those values, or as other types. Usually the name is that of other data: a list of lights where a placement is wanted.";
-    /// Blackboard data that lacks a member of the uniform or storage block it is bound to.
+    /// Blackboard data that lacks a member of the uniform or storage block to which the data is bound.
     BLOCK_MISMATCH = "UG0605", "block does not fit",
         "A uniform or storage block has a member for which the bound blackboard data publishes no value of that name and type. Offsets never matter: they come from the shader.";
     /// Shader variants or programs that declare the same binding differently.
@@ -184,7 +185,7 @@ crate::codes! {
     /// A string that is not the name of a texture format.
     FORMAT_UNKNOWN = "UG0322", "unknown texture format",
         "Texture formats have the names of the WebGPU specification: `depth32float`, `rgba16float`.";
-    /// A texture none of whose candidate formats supports every use of it.
+    /// A texture for which no candidate format supports every use of the texture.
     FORMAT_USAGE = "UG0323", "format does not support the usage",
         "None of the format candidates of a texture supports every way in which the passes use it: as a depth or color attachment, storage, sampled with filtering, blended. The message says for each candidate why.";
     /// A resource, or a part of one, that a pass reads but no earlier pass writes.
@@ -208,13 +209,13 @@ crate::codes! {
     /// A pipeline in which every pass is culled, since none has an external effect.
     NO_OUTPUT = "UG0407", "nothing comes out",
         "No pass writes an imported or persistent resource or has a side effect, so everything is culled.";
-    /// A texture of the host that a pass uses in a way not among its usage flags.
+    /// A texture of the host application that a pass uses in a way not among the texture's usage flags.
     IMPORT_USAGE = "UG0408", "import used beyond its usage",
         "A pass uses a texture of the host's own in a way that the host did not create it for; the usages are told with the imports.";
     /// A texture, view, copy, attachment or block that breaks a rule of WebGPU.
     DEVICE_RULE = "UG0409", "no device allows this",
         "A texture, a view, a copy, an attachment or a block breaks a rule of WebGPU: cubes have six square layers, a texture with several samples has one layer and one mip level and is no volume, multisampled bindings see multisampled textures, a copy joins subresource ranges of one format and size (depth, stencil and several samples by whole layers, one aspect to or from a buffer only, a buffer or a mip level of a volume not onto itself), a full-screen pass into an array says which layer it writes, blocks of the host are read-only and within the profile's binding sizes, bind groups are numbered 0 to 3, the vertex stage writes no storage, storage textures are read and written in formats for which the profile guarantees it.";
-    /// A read of contents that are missing in frames without a toggled pass.
+    /// A read of contents that are missing in frames in which a pass with a toggle does not run.
     TOGGLED_AWAY = "UG0411", "nothing left without the toggle",
         "A pass reads, or the picture shows, what only a pass with a toggle writes; in a frame in which the toggle is switched the other way nothing would be there.\n\nFour ways out: give the reader the same toggle, so that it vanishes too; say under `passthrough` of the writer what the reader sees instead; let an earlier pass write the resource and the toggled one load it; or write it by a second pass with the opposite toggle (`!name`). Mips, layers, aspects and bytes count each for itself, as they do without toggles (UG0401). Of a pass that no output needs, only a read of which nothing at all is left is told.";
     /// A read of an attachment after a pass that discards its contents.
@@ -235,10 +236,10 @@ crate::codes! {
     /// A history that no pass writes, or whose earlier frames no pass reads.
     HISTORY_UNUSED = "UG0434", "history without a use",
         "No pass writes a history, so that its initial value is all that is ever read; or no pass reads it frames back, so that a transient resource would do with less memory.";
-    /// Vertex attributes or blocks of the host that do not match the shader that reads them.
+    /// Vertex attributes or blocks of the host application that do not match the shader that reads them.
     HOST_INTERFACE = "UG0608", "host interface",
         "The host's vertex attributes or blocks (names, types, offsets) do not fit a shader that draws its meshes.";
-    /// An imported texture that the host did not provide, or whose format or size differs from the plan.
+    /// An imported texture that the host application did not provide, or whose format or size differs from the plan.
     IMPORT = "UG0802", "import missing",
         "The host did not give a texture for an imported resource, or one of another format or size than planned.";
     /// An error of the graphics device: out of memory, a lost device or a validation error.
@@ -247,7 +248,7 @@ crate::codes! {
     /// A graphics device that was lost and must be created anew.
     DEVICE_LOST = "UG0820", "device lost",
         "The graphics device was lost: its driver was reset or updated, it was unplugged, or the host destroyed it. Nothing can be made on it any more. The host makes a new device and, with the same plan, a new executor on it; histories and kept shadow maps begin anew.";
-    /// Draws of the host's draw source that panicked or were reported as failed.
+    /// Draws of the host application's draw source that panicked or were reported as failed.
     DRAW_FAILED = "UG0821", "draws failed",
         "The host's draw source panicked, or said that it failed (`DrawPass::fail`), while it drew the meshes of a pass. The rest of the frame is recorded, without what the pass would still have drawn; the next frame is possible.";
     /// A device without a texture capability, feature or limit that the plan needs.
@@ -265,7 +266,7 @@ crate::codes! {
     /// A CPU pass that publishes values, views or elements which it did not declare.
     BLACKBOARD = "UG0807", "undeclared blackboard data",
         "A CPU pass sets a value that it did not declare, or more views or elements than declared. That is a defect of the node kind.";
-    /// A mesh filter of a draw pass that the host's draw source does not support.
+    /// A mesh filter of a draw pass that the host application's draw source does not support.
     UNKNOWN_FILTER = "UG0805", "unknown filter",
         "A draw pass names a `mesh_filter` that the host's draw source does not know; or the host does not say which it knows. The filters of a pipeline stand in its plan (`umbragraph plan`); those of the pipelines that come with the module are `opaque`, `transparent`, `moving`, `casters`, `static_casters` and `dynamic_casters`. A host states with `HostInterface::filters` which of them it tells apart, and draws in each pass what `DrawPass::filter` names.";
 }

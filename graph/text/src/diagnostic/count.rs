@@ -18,7 +18,7 @@ impl Count {
     /// The exact count 0.
     pub const ZERO: Self = Self { number: 0, exact: true };
 
-    /// Returns the sum of two counts, which is exact if both are exact and it does not overflow.
+    /// Returns the sum of two counts, which is exact if both counts are exact and the sum does not overflow.
     #[must_use]
     pub fn plus(self, other: Self) -> Self {
         Self::bounded(self.number.checked_add(other.number), self.exact && other.exact)

@@ -58,7 +58,7 @@ pub enum Place {
         /// The position in the file, such as a JSON pointer into a glTF document; empty for the entire file.
         locator: String,
     },
-    /// No place: the diagnostic is about the machine (no adapter), not about an input.
+    /// No place, since the cause is in the machine, such as a missing graphics adapter, and not in an input file.
     Nowhere,
 }
 
@@ -71,14 +71,14 @@ impl From<Span> for Place {
 /// A further place that belongs to a diagnostic, such as the first of two definitions.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Related {
-    /// The place that the message is about.
+    /// The place that the message refers to.
     pub place: Place,
     /// The message shown at the place.
     pub message: String,
 }
 
-/// A fix: replacements of source text that together remove the cause of a diagnostic. It exists only if there is
-/// exactly one sensible fix.
+/// A fix: replacements of source text that together remove the cause of a diagnostic. A diagnostic has a fix only if
+/// there is exactly one sensible way to correct the source.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Fix {
     /// The replacements, perhaps in several files; they do not overlap.
@@ -157,7 +157,7 @@ impl Diagnostic {
         Self { severity: Severity::Warning, ..Self::error(code, place, message) }
     }
 
-    /// The code, place and message; diagnostics in which all three are equal count as duplicates.
+    /// The code, place and message. [`Diagnostics::merge`] joins diagnostics in which all three are equal.
     pub fn key(&self) -> (Code, Place, String) {
         (self.code, self.place.clone(), self.message.clone())
     }
@@ -225,7 +225,7 @@ impl Diagnostic {
         self
     }
 
-    /// Adds an edit to the machine-applicable fix, which the first edit creates.
+    /// Adds a replacement to the machine-applicable fix. The first call creates the fix.
     #[must_use]
     pub fn fix(mut self, span: Span, replacement: impl Into<String>) -> Self {
         let edit = Replacement { span, replacement: replacement.into() };

@@ -12,8 +12,8 @@ use crate::source::Span;
 const MAX_NAME: usize = 64;
 /// The beginning of help texts that suggest a name.
 pub(crate) const DID_YOU_MEAN: &str = "did you mean";
-/// The minimum length, in bytes, of a name that is completed to a longer known one. Shorter names match too many by
-/// chance.
+/// The minimum length, in bytes, of an unknown name for which a longer known name with that prefix is suggested.
+/// Shorter prefixes match too many names by chance.
 const MIN_BEGUN: usize = 4;
 
 impl Diagnostic {
@@ -38,8 +38,8 @@ impl Diagnostic {
         self.suggest_unless(name, known, written, |_| false, otherwise)
     }
 
-    /// Adds a help text as [`Self::suggest`] does, but no fix for a name for which `taken` returns `true`. It serves
-    /// keys of objects, which must be unique.
+    /// Adds a help text as [`Self::suggest`] does, but no fix for a name for which `taken` returns `true`. It is meant
+    /// for keys of objects, which must be unique.
     #[must_use]
     pub fn suggest_unless<'a>(
         self,

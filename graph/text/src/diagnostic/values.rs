@@ -21,7 +21,7 @@ pub enum AxisValue {
     Name(String),
 }
 
-/// Values of axes, by the names of the axes.
+/// Values of the axes (variation parameters) of a shader template, by the names of the axes.
 pub type AxisValues = BTreeMap<String, AxisValue>;
 
 impl fmt::Display for AxisValue {

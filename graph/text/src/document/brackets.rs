@@ -27,7 +27,8 @@ pub(super) struct Unclosed {
     pub(super) at: usize,
     /// The closing bracket that is missing.
     pub(super) closer: char,
-    /// The byte range of the rest of the line before which the bracket should be closed; empty at the end of the text.
+    /// The byte range from the position before which the bracket should be closed to the end of that line. Empty at the
+    /// end of the text.
     pub(super) before: Range<usize>,
     /// The byte offset and the characters to insert to close the bracket, with a comma if one is needed.
     pub(super) correction: (usize, String),
@@ -40,15 +41,15 @@ pub(super) struct Found {
     pub(super) by_layout: Vec<Unclosed>,
     /// The innermost bracket that is open at the end of the text; `None` if all are closed.
     pub(super) at_the_end: Option<Unclosed>,
-    /// Whether the last line closes the outermost bracket according to its indentation, so that the text is not cut
-    /// off.
+    /// Whether the last line begins with a closing bracket that is not indented deeper than the outermost bracket's
+    /// line. If so, the text is probably not cut off.
     pub(super) is_whole: bool,
 }
 
 #[derive(Clone, Copy)]
 struct Open {
     at: usize,
-    /// The byte offset of the start of the bracket's line; `indentation` is that of the line, in bytes.
+    /// The byte offset of the start of the bracket's line; `indentation` is the indentation of that line in bytes.
     line: usize,
     indentation: usize,
     is_brace: bool,
@@ -61,13 +62,14 @@ struct Scan<'t> {
     /// The number of open `[`, and the number of open `{`.
     count: [usize; 2],
     found: Found,
-    /// The byte offset of the start of the current line; `indentation` is its indentation in bytes, `None` before its
-    /// first token.
+    /// The byte offset of the start of the current line; `indentation` is the line's indentation in bytes, or `None`
+    /// before the first token of the line.
     line: usize,
     indentation: Option<usize>,
-    /// Whether the contents of the outermost bracket are indented; `None` before the first line of them.
+    /// Whether the contents of the outermost bracket are indented; `None` before their first line.
     is_laid_out: Option<bool>,
-    /// The end of the last token other than a comma, the byte offset of its line, and whether a comma follows it.
+    /// The byte offset of the end of the last token other than a comma, the byte offset at which its line starts, and
+    /// whether a comma follows.
     last: (usize, usize, bool),
 }
 

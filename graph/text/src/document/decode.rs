@@ -103,8 +103,8 @@ mod tests {
     use crate::language::{PassCommon, ResourceDeclaration};
     use crate::source::Sources;
 
-    /// Returns `true` if the text decodes to the type. Panics if decoding by way of an untyped tree has another result
-    /// or error.
+    /// Returns `true` if the text decodes to the type. Panics if decoding through `serde_json::Value` gives another
+    /// result or error.
     fn alike<T: serde::de::DeserializeOwned + std::fmt::Debug>(text: &str) -> bool {
         let mut sources = Sources::new();
         let file = sources.add("t", text);

@@ -11,10 +11,10 @@ use super::Entry;
 /// The number of entries below which the keys are searched linearly, which is then faster than hashing.
 const FEW_KEYS: usize = 16;
 
-/// An index of the keys in a list of entries that may grow, but not change otherwise.
+/// A hash index of the keys in a list of object members, which may grow between calls but not change otherwise.
 #[derive(Debug, Default)]
 pub(crate) struct Keys {
-    /// The index of an entry, by the hash of its key.
+    /// The index of an entry in the list, by the hash of its key.
     known: HashMap<u64, usize>,
     /// The number of entries that are hashed so far.
     hashed: usize,
@@ -23,8 +23,8 @@ pub(crate) struct Keys {
 }
 
 impl Keys {
-    /// Returns the index of the entry with this key; `None` if there is none. All calls must pass the same list, which
-    /// may grow in between.
+    /// Returns the index of the entry with the given key; `None` if there is none. All calls must pass the same list,
+    /// which may grow between calls.
     pub(crate) fn find(&mut self, entries: &[Entry], key: &str) -> Option<usize> {
         let look = || entries.iter().position(|entry| entry.key == key);
         if entries.len() < FEW_KEYS {

@@ -70,8 +70,8 @@ pub struct Hole {
     pub place: Span,
     /// The expected syntax element.
     pub expected: Expected,
-    /// Whether valid JSON was read between the previous hole and this one, so that this error is probably no
-    /// consequence.
+    /// Whether valid JSON was read between the previous hole and this one. If so, this error is probably not a
+    /// consequence of the previous one.
     pub is_independent: bool,
 }
 
@@ -88,7 +88,7 @@ pub enum Expected {
     Comma,
     /// A closing bracket.
     Closer(char),
-    /// The end of a string or comment, or an escape for a character.
+    /// The end of a string or comment, or an escape sequence instead of a control character.
     Escape,
     /// The end of the text, or of an object or array without a trailing comma.
     End,
@@ -130,7 +130,8 @@ impl Value {
         }
     }
 
-    /// The span of a byte range of the string in the source; `None` if this is no string, or has escapes.
+    /// Converts a byte range of this string's contents to a span of the source. `None` if this is not a string, or has
+    /// escapes.
     pub fn span_within(&self, range: std::ops::Range<usize>) -> Option<Span> {
         self.span.of_quoted(self.text()?, range)
     }
@@ -140,12 +141,14 @@ impl Value {
         self.entry(key).map(|entry| &entry.value)
     }
 
-    /// The members of the object under `key`; empty if there is no object.
+    /// The members of the object that is the value of the member `key`; empty if the member is missing or not an
+    /// object.
     pub fn entries_of(&self, key: &str) -> &[Entry] {
         self.get(key).and_then(Value::entries).unwrap_or_default()
     }
 
-    /// The mutable members of the object under `key`; `None` if there is no object.
+    /// The mutable members of the object that is the value of the member `key`; `None` if the member is missing or not
+    /// an object.
     pub fn entries_of_mut(&mut self, key: &str) -> Option<&mut Vec<Entry>> {
         let Kind::Object(entries) = &mut self.kind else { return None };
         match &mut entries.iter_mut().find(|entry| entry.key == key)?.value.kind {
@@ -154,7 +157,7 @@ impl Value {
         }
     }
 
-    /// The elements of the array under `key`; empty if there is no array.
+    /// The elements of the array that is the value of the member `key`; empty if the member is missing or not an array.
     pub fn elements_of(&self, key: &str) -> &[Value] {
         self.get(key).and_then(Value::elements).unwrap_or_default()
     }
@@ -177,8 +180,8 @@ impl Value {
         }
     }
 
-    /// Returns the deepest existing value on the path of a JSON pointer relative to this value. So a diagnostic about a
-    /// missing member points to its object.
+    /// Returns the deepest existing value on the path of a JSON pointer relative to this value. A diagnostic about a
+    /// missing member can thereby point to the object that lacks the member.
     pub fn nearest(&self, pointer: &str) -> &Value {
         let mut value = self;
         for token in pointer.split('/').skip(1) {

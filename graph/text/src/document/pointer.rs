@@ -5,7 +5,8 @@
 
 use std::fmt;
 
-/// A JSON pointer (RFC 6901), as a chain from a value to those that contain it.
+/// A JSON pointer (RFC 6901), stored as a chain from a value to the objects and arrays around it. The string is only
+/// built on demand.
 #[derive(Clone, Copy, Debug)]
 pub enum Pointer<'p> {
     /// A complete pointer as a string, such as `/passes/blur`.

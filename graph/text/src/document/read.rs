@@ -28,15 +28,17 @@ use crate::source::{FileId, Span};
 /// The maximum depth of nested values, the same as that of `jsonc-parser`.
 const MAX_DEPTH: usize = 512;
 
-/// The maximum number of holes, after which the rest of the text is not read.
+/// The maximum number of holes (positions at which something is missing or wrong), after which the rest of the text is
+/// not read.
 const MAX_HOLES: usize = 256;
 
-/// Builds the tree of a document while its source is scanned.
+/// Builds the tree of a document from the tokens of its source, even if the source is not valid JSON.
 pub(super) struct Reader<'t> {
     file: FileId,
     text: &'t str,
     tokens: Tokens<'t>,
-    /// The entries of the objects that are not closed yet, those of the innermost last; `elements` has those of arrays.
+    /// The members read so far of all objects that are still open, those of the innermost object last. `elements`
+    /// likewise holds the elements of the open arrays.
     entries: Vec<Entry>,
     elements: Vec<Value>,
     /// The number of open arrays, and the number of open objects.
@@ -48,7 +50,7 @@ pub(super) struct Reader<'t> {
     /// The diagnostics about duplicate keys and unrepresentable numbers.
     pub(super) diagnostics: Diagnostics,
     pub(super) holes: Vec<Hole>,
-    /// The byte range of a string with an unescaped control character, if that is the first error.
+    /// The byte range of a string with an unescaped control character, if that is the first error; otherwise `None`.
     pub(super) control_character: Option<std::ops::Range<usize>>,
 }
 
@@ -229,7 +231,7 @@ impl<'t> Reader<'t> {
         self.elements.split_off(start)
     }
 
-    /// Reads the members of an object; `start` is the index of the first one in `entries`.
+    /// Reads the members of an object; `start` is the index in `entries` of the object's first member.
     fn object(&mut self, start: usize, depth: usize) -> Vec<Entry> {
         let mut keys = Keys::default();
         let mut end_before = 0;
@@ -322,7 +324,7 @@ impl<'t> Reader<'t> {
         self.value(lexeme, depth + 2)
     }
 
-    /// The byte offset of the end of the source before a token, without space.
+    /// The byte offset of the end of the source before a token, without trailing white space.
     fn end_before(&self, lexeme: &Lexeme<'t>) -> usize {
         self.text.get(..lexeme.range.start).map_or(0, |text| text.trim_end().len())
     }
@@ -351,8 +353,8 @@ impl<'t> Reader<'t> {
         self.hole(Expected::Closer(closer), end..end);
     }
 
-    /// Reports a duplicate key; `first` is the index of the earlier entry, and `end` the byte offset of the end of the
-    /// previous one.
+    /// Reports a duplicate key. `first` is the index of the earlier entry with the key, and `end` the byte offset at
+    /// which the member before the duplicate ends.
     fn stands_twice(&mut self, first: usize, key_span: Span, value: &Value, end: u32) {
         if self.diagnostics.len() >= MAX_DIAGNOSTICS {
             return;

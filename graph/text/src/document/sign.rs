@@ -34,7 +34,7 @@ impl<'a> Written<'a> {
     }
 }
 
-/// The first characters that a key of the schema requires of a string.
+/// The first characters, `=` or `&`, of which the JSON Schema requires one in a string.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Signs {
     /// An expression: `=`.
@@ -44,7 +44,8 @@ pub enum Signs {
 }
 
 impl Signs {
-    /// The signs that a `pattern` of a schema requires; `None` for a pattern about something else.
+    /// Returns the signs that the JSON Schema keyword `pattern` requires with `^=` or `^[&=]`; `None` for any other
+    /// pattern.
     pub fn of_pattern(pattern: &str) -> Option<Self> {
         match pattern {
             "^=" => Some(Self::Expression),
@@ -53,8 +54,8 @@ impl Signs {
         }
     }
 
-    /// Returns a diagnostic if a string lacks a required sign, with a fix if it is valid with the sign. `None` for
-    /// valid strings and other values.
+    /// Returns a diagnostic if the string `value` lacks the required sign. The diagnostic has a fix if the string
+    /// becomes valid with the sign. `None` for strings with the sign and for values that are not strings.
     pub fn check(self, value: &Value) -> Option<Diagnostic> {
         let text = value.text()?;
         let (wanted, sign, code) = match (self, Written::of(text)) {

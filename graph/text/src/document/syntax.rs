@@ -123,7 +123,7 @@ fn open_bracket(file: FileId, text: &str, error: &ParseErrorKind) -> Option<Diag
 }
 
 impl Unclosed {
-    /// Whether closing this bracket makes the text valid JSON.
+    /// Returns `true` if closing this bracket makes the text valid JSON, and the text is short enough to check.
     fn mends(&self, text: &str) -> bool {
         let (at, written) = &self.correction;
         error_after(text, *at..*at, written) == Some(None)
@@ -207,15 +207,15 @@ fn correction(text: &str, error: &ParseError) -> Option<Correction> {
 }
 
 impl Correction {
-    /// Whether the parser gets past the corrected position with the correction applied.
+    /// Returns `true` if the parser gets past the corrected position once the correction is applied.
     fn mends(&self, text: &str) -> bool {
         let error = error_after(text, self.range.clone(), &self.replacement);
         error.is_some_and(|error| error.is_none_or(|at| at > self.range.start + self.replacement.len()))
     }
 }
 
-/// Returns the byte offset of the first error after replacing a range of the text; `Some(None)` if there is none.
-/// `None` if the text is too long to check.
+/// Replaces a byte range of the text, parses the result, and returns the byte offset of the first syntax error.
+/// `Some(None)` if there is no error; `None` if the text is longer than [`MAX_MENDED`] bytes.
 fn error_after(text: &str, range: Range<usize>, replacement: &str) -> Option<Option<usize>> {
     let (before, behind) = (text.get(..range.start)?, text.get(range.end..)?);
     let mended = (text.len() <= MAX_MENDED).then(|| [before, replacement, behind].concat())?;
@@ -239,7 +239,7 @@ mod tests {
     use crate::edit;
     use crate::source::Sources;
 
-    /// Applies the fixes of a text one after the other, and returns the result.
+    /// Applies the fixes of a text's diagnostics one after the other, and returns the resulting text.
     fn mend(text: &str) -> String {
         let mut text = text.to_owned();
         loop {

@@ -44,7 +44,7 @@ pub(super) enum Fault {
     OpenString,
 }
 
-/// The tokens of a source text without its comments, also if it is not valid JSON.
+/// A tokenizer of a source text. It skips comments, and also accepts texts that are not valid JSON.
 pub(super) struct Tokens<'t> {
     text: &'t str,
     scanner: Scanner<'t>,
@@ -52,12 +52,13 @@ pub(super) struct Tokens<'t> {
     base: usize,
     /// Tokens that were put back, the next one first.
     back: VecDeque<Lexeme<'t>>,
-    /// Missing closing brackets to insert, each with the byte offset that it is inserted before, in order.
+    /// Missing closing brackets to insert, each with the byte offset before which it is inserted, in the order of the
+    /// offsets.
     inserted: VecDeque<(usize, char)>,
 }
 
 impl<'t> Tokens<'t> {
-    /// Creates the tokens of a text, with closing brackets inserted before the given byte offsets.
+    /// Creates a tokenizer of a text that inserts closing brackets before the given byte offsets.
     pub(super) fn new(text: &'t str, inserted: VecDeque<(usize, char)>) -> Self {
         Self { text, scanner: Scanner::new(text, &STRICT_TOKENS), base: 0, back: VecDeque::new(), inserted }
     }
@@ -113,7 +114,8 @@ impl<'t> Tokens<'t> {
         let token = Token::String(inside.strip_suffix(',').unwrap_or(inside).into());
         Lexeme { token, range: range.start..end, fault: Some(Fault::OpenString) }
     }
-    /// Returns a token for the source at `start`, which the scanner rejects, and continues after it.
+    /// Returns a token for the source at the byte offset `start`, which the scanner rejects. Scanning continues after
+    /// the token.
     fn malformed(&mut self, start: usize) -> Option<Lexeme<'t>> {
         let rest = self.text.get(start..).filter(|rest| !rest.is_empty())?;
         let line = || rest.split(['\n', '\r']).next().unwrap_or_default();
@@ -144,7 +146,8 @@ impl<'t> Tokens<'t> {
     }
 }
 
-/// Returns the byte offset of the quote that closes the string at the start of `line`; `None` if it does not end there.
+/// Returns the byte offset of the quote that closes the string at the start of `line`; `None` if the string does not
+/// end on the line.
 fn closing(line: &str, quote: char) -> Option<usize> {
     let mut is_escaped = false;
     line.char_indices().skip(1).find_map(|(at, c)| {

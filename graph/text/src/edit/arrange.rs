@@ -43,10 +43,10 @@ impl Item {
         Self { key: Some(key.into()), content: Content::Value(value) }
     }
 
-    /// Copies the member or element at position `at` of a container, with its comments.
+    /// Copies the member or element with index `at` of an object or array, with its comments.
     ///
     /// # Errors
-    /// A value that is no container of the text, or a position beyond its end.
+    /// A value that is not an array or object of the text, or an index beyond its last member.
     pub fn copied(text: &str, container: &Value, at: usize) -> Result<Self, EditError> {
         let layout = Layout::of(text, container)?;
         let count = layout.members.len();
@@ -64,7 +64,7 @@ impl Item {
         })
     }
 
-    /// Whether the item starts with a comment that must begin a line.
+    /// Returns `true` if the item starts with a comment and has several lines, so that it must begin a line.
     fn begins_line(&self) -> bool {
         matches!(&self.content, Content::Written { head, .. } if head.starts_with('/') && head.contains('\n'))
     }
@@ -73,8 +73,8 @@ impl Item {
         matches!(&self.content, Content::Written { tail, .. } if ends_in_line_comment(tail))
     }
 
-    /// Returns the item's source for a column (in characters) of a line with this indentation. `comma` is inserted
-    /// after the value, before comments.
+    /// Returns the item's source text, to be placed at `column` (in characters) of a line with the given indentation.
+    /// `comma` is inserted after the value, before trailing comments.
     fn written(&self, text: &str, column: usize, indentation: &str, comma: &str) -> String {
         match &self.content {
             Content::Value(value) => laid_out(text, self.key.as_deref(), value, column, indentation) + comma,
@@ -91,7 +91,8 @@ impl Item {
     }
 }
 
-/// Prints a value, or the member `key` with it, for a column (in characters) of a line with this indentation.
+/// Prints a JSON value, as an object member if `key` is given, to be placed at `column` (in characters) of a line with
+/// the given indentation. Line ends and indentation steps are those that `text` uses.
 pub(super) fn laid_out(
     text: &str,
     key: Option<&str>,
@@ -109,10 +110,12 @@ pub(super) fn laid_out(
     })
 }
 
-/// Inserts a member or element before position `at` of a container; `at` may be the number of members, to append it.
+/// Returns the edits that insert a member or element at index `at` of an object or array. An index equal to the number
+/// of members appends the item.
 ///
 /// # Errors
-/// A value that is no container of the text, a position beyond its end, or a key that exists already.
+/// A value that is not an array or object of the text, or an index beyond its end. An item without a key for an object,
+/// with a key for an array, or with a key that exists already.
 pub fn insert(text: &str, container: &Value, at: usize, item: &Item) -> Result<Edits, EditError> {
     let layout = Layout::of(text, container)?;
     let count = layout.members.len();
@@ -129,10 +132,10 @@ pub fn insert(text: &str, container: &Value, at: usize, item: &Item) -> Result<E
     Edits::new(arrange(&layout, &wanted))
 }
 
-/// Removes the member or element at position `at` with its comma and its comments.
+/// Returns the edits that remove the member or element with index `at`, with its comma and comments.
 ///
 /// # Errors
-/// A value that is no container of the text, or a position beyond its end.
+/// A value that is not an array or object of the text, or an index beyond its last member.
 pub fn remove(text: &str, container: &Value, at: usize) -> Result<Edits, EditError> {
     let layout = Layout::of(text, container)?;
     let count = layout.members.len();
@@ -144,10 +147,11 @@ pub fn remove(text: &str, container: &Value, at: usize) -> Result<Edits, EditErr
     Edits::new(arrange(&layout, &wanted))
 }
 
-/// Moves the member or element at position `from` of a container, with its comments, to position `to`.
+/// Returns the edits that move the member or element with index `from` of an object or array, with its comments, to
+/// index `to`.
 ///
 /// # Errors
-/// A value that is no container of the text, or a position beyond its end.
+/// A value that is not an array or object of the text, or an index beyond its last member.
 pub fn reorder(text: &str, container: &Value, from: usize, to: usize) -> Result<Edits, EditError> {
     let item = Item::copied(text, container, from)?;
     let layout = Layout::of(text, container)?;
@@ -164,14 +168,14 @@ pub fn reorder(text: &str, container: &Value, from: usize, to: usize) -> Result<
     Edits::new(arrange(&layout, &wanted))
 }
 
-/// A member of the wanted contents of a container.
+/// A member or element that an object or array has after an edit.
 pub(super) enum Wanted<'i> {
-    /// An existing member, by its position. Existing members keep their order.
+    /// An existing member, by its index. Existing members keep their order.
     Kept(usize),
     New(&'i Item),
 }
 
-/// Returns the edits that give a container the wanted members.
+/// Returns the edits that give an object or array exactly the wanted members, in that order.
 pub(super) fn arrange(layout: &Layout<'_>, wanted: &[Wanted<'_>]) -> Vec<Edit> {
     let mut edits = Vec::new();
     let (mut before, mut new) = (None, Vec::new());
@@ -234,7 +238,7 @@ impl Slot<'_, '_> {
         }
     }
 
-    /// The byte ranges of removed members; members with only space between them share one range.
+    /// The byte ranges of removed members; members with only white space between them share one range.
     fn blocks(&self, removed: Range<usize>) -> Vec<Range<usize>> {
         let mut blocks: Vec<Range<usize>> = Vec::new();
         for member in &self.layout.members[removed] {
@@ -248,7 +252,8 @@ impl Slot<'_, '_> {
         blocks
     }
 
-    /// Adds or removes the comma of the member before the gap, so that it has one if a member follows.
+    /// Adds or removes the comma after the member before the gap, so that there is a comma exactly if another member
+    /// follows.
     fn mend_comma(&self, edits: &mut Vec<Edit>) {
         let Some(member) = self.before.map(|at| &self.layout.members[at]) else { return };
         let is_wanted = self.behind.is_some() || !self.new.is_empty();
@@ -263,15 +268,15 @@ impl Slot<'_, '_> {
         edits.push(Edit { range, replacement: if is_wanted { "," } else { "" }.to_owned() });
     }
 
-    /// Returns the edit that replaces a range of removed members by the new ones.
+    /// Returns the edit that replaces the byte range of removed members with the new members.
     fn in_place_of(&self, range: Range<usize>) -> Edit {
         let lines = usize::from(self.layout.begins_line(range.start));
         let row = self.row(range.start, None, lines) + &self.line_end_before(range.end);
         Edit { range, replacement: row }
     }
 
-    /// Adds the edit that inserts the new members after a kept one, with as many line ends as its neighbours have
-    /// between them.
+    /// Adds the edit that inserts the new members after the kept member with index `before`. They are separated by as
+    /// many line ends as the neighbouring members.
     fn behind_member(&self, before: usize, edits: &mut Vec<Edit>) {
         let Layout { text, members, .. } = self.layout;
         let at = members[before].end;
@@ -289,7 +294,7 @@ impl Slot<'_, '_> {
         }
     }
 
-    /// Returns the edit that inserts the new members before the first kept one.
+    /// Returns the edit that inserts the new members before the first kept member, which has the index `behind`.
     fn before_first(&self, behind: usize) -> Edit {
         let at = self.layout.members[behind].start;
         let next = (behind + 1..self.layout.members.len()).take(2).map(|at| self.lines_before(at));
@@ -299,7 +304,7 @@ impl Slot<'_, '_> {
         Edit { range: at..at, replacement: self.row(at, None, lines) + &gap }
     }
 
-    /// Returns the edit that inserts the new members into an empty container.
+    /// Returns the edit that inserts the new members into an empty object or array.
     fn in_empty(&self) -> Edit {
         let Layout { text, start, close, is_object, .. } = *self.layout;
         let from = self.layout.space_before(close).start.max(start);
@@ -319,8 +324,8 @@ impl Slot<'_, '_> {
         Edit { range: from..close, replacement }
     }
 
-    /// Returns the source of the new members with their commas, and `lines` line ends before each. `first` is the
-    /// number of line ends before the first member; `None` for no gap.
+    /// Returns the source text of the new members with their commas, separated by `lines` line ends (0 for a space).
+    /// `first` is the number of line ends before the first member; `None` for no gap at all.
     fn row(&self, at: usize, first: Option<usize>, lines: usize) -> String {
         let Layout { text, .. } = *self.layout;
         let is_broken = self.layout.members.iter().any(|member| self.layout.begins_line(member.start));
@@ -352,7 +357,7 @@ impl Slot<'_, '_> {
         row
     }
 
-    /// Returns a space if `lines` is 0, otherwise line ends with the indentation of the next line.
+    /// Returns a space if `lines` is 0, otherwise that many line ends and the indentation of the next line.
     fn gap(&self, lines: usize) -> String {
         match lines {
             0 => " ".to_owned(),
@@ -360,7 +365,7 @@ impl Slot<'_, '_> {
         }
     }
 
-    /// The number of line ends directly before a member, at most two.
+    /// The number of line ends directly before the member with index `at`, at most two.
     fn lines_before(&self, at: usize) -> usize {
         let before = self.layout.space_before(self.layout.members[at].start);
         self.layout.line_ends(before).min(2)

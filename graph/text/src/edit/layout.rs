@@ -16,24 +16,24 @@ use crate::document::{Kind, Value};
 pub(super) struct Layout<'t> {
     pub(super) text: &'t str,
     pub(super) is_object: bool,
-    /// The end of the opening bracket.
+    /// The byte offset of the end of the opening bracket.
     pub(super) start: usize,
-    /// The end of the opening bracket and of the comments after it on its line.
+    /// The byte offset of the end of the opening bracket and of the comments after it on its line.
     pub(super) open: usize,
-    /// The start of the closing bracket.
+    /// The byte offset of the start of the closing bracket.
     pub(super) close: usize,
     pub(super) members: Vec<Member>,
 }
 
 /// The byte offsets of a member or an element, with its comments and comma.
 pub(super) struct Member {
-    /// The start of its first comment, or of the member itself.
+    /// The byte offset of the start of the member's first comment, or of the member itself if it has none.
     pub(super) start: usize,
     /// The byte offset of the end of the value.
     pub(super) value_end: usize,
     /// The byte offset of the comma; `None` if there is none.
     pub(super) comma: Option<usize>,
-    /// The end of the comma and of the comments after it on the line.
+    /// The byte offset of the end of the member with its comma and the comments after it on the line.
     pub(super) end: usize,
 }
 
@@ -70,8 +70,8 @@ impl<'t> Layout<'t> {
         Ok(layout)
     }
 
-    /// Assigns the comments and comma between two members, or a member and a bracket. Returns the byte offset at which
-    /// the next member begins with its comments.
+    /// Assigns the comments and the comma in the byte range `between` to the members before and after it. Returns the
+    /// byte offset at which the next member begins, comments included.
     fn share_out(&mut self, between: Range<usize>, is_last: bool) -> Result<usize, EditError> {
         let Range { start, end } = between.clone();
         let gap = self.text.get(between.clone()).ok_or(EditError::Outside(between))?;
@@ -109,12 +109,12 @@ impl<'t> Layout<'t> {
         Ok(next)
     }
 
-    /// The byte range of the space before a byte offset.
+    /// The byte range of the white space directly before a byte offset.
     pub(super) fn space_before(&self, at: usize) -> Range<usize> {
         self.text[..at].trim_end_matches(SPACE).len()..at
     }
 
-    /// The byte range of the space after a byte offset.
+    /// The byte range of the white space directly after a byte offset.
     pub(super) fn space_behind(&self, at: usize) -> Range<usize> {
         let rest = &self.text[at..];
         at..at + rest.len() - rest.trim_start_matches(SPACE).len()
@@ -126,12 +126,12 @@ impl<'t> Layout<'t> {
         (0..text.len()).filter(|at| ends_line(text, *at)).count()
     }
 
-    /// Whether only space is before a byte offset on its line.
+    /// Returns `true` if a byte offset is preceded by a line end, with only white space in between.
     pub(super) fn begins_line(&self, at: usize) -> bool {
         self.line_ends(self.space_before(at)) > 0
     }
 
-    /// Whether a byte offset between members is inside a line comment, or at its end.
+    /// Returns `true` if a byte offset between members is inside or at the end of a line comment (`//`).
     pub(super) fn is_commented_out(&self, at: usize) -> bool {
         let before = self.members.iter().rev().find(|member| member.value_end <= at);
         let from = before.map_or(self.start, |member| member.value_end);
@@ -144,8 +144,8 @@ impl<'t> Layout<'t> {
         &line[..line.len() - line.trim_start_matches([' ', '\t']).len()]
     }
 
-    /// The indentation of members that begin a line: that of the first such member, otherwise one step more than the
-    /// container's line.
+    /// The indentation of members that begin a line, taken from the first member at the start of a line. If there is
+    /// none, one level more than the line of the opening bracket.
     pub(super) fn member_indentation(&self) -> String {
         match self.members.iter().find(|member| self.begins_line(member.start)) {
             Some(member) => self.indentation(member.start).to_owned(),
@@ -166,7 +166,7 @@ fn comment_length(text: &str, at: usize) -> usize {
     }
 }
 
-/// Whether a text, which consists of comments, commas and space, ends in a line comment.
+/// Returns `true` if a text of comments, commas and white space ends in a line comment (`//`).
 pub(super) fn ends_in_line_comment(text: &str) -> bool {
     let mut at = 0;
     while at < text.len() {
@@ -186,12 +186,12 @@ fn ends_line(text: &str, at: usize) -> bool {
     }
 }
 
-/// The byte offset of the start of the line that contains a byte offset.
+/// The byte offset of the start of the line that contains the byte offset `at`.
 pub(super) fn line_start(text: &str, at: usize) -> usize {
     text[..at].rfind(['\n', '\r']).map_or(0, |end| end + 1)
 }
 
-/// The line end that a text uses, taken from its first line.
+/// The line end that a text uses, `\n` or `\r\n`, taken from its first line.
 pub(super) fn line_end(text: &str) -> &'static str {
     match text.find('\n') {
         Some(at) if text[..at].ends_with('\r') => "\r\n",

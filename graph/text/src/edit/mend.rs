@@ -11,8 +11,9 @@ use super::{EditError, Edits};
 use crate::diagnostic::Diagnostic;
 use crate::source::Sources;
 
-/// Returns the edits of the fixes of diagnostics, by the names of the files. Files of one name are taken as the same
-/// file. A fix is skipped if it overlaps an earlier one, or changes a file for which `is_writable` returns `false`.
+/// Returns the edits that apply the fixes of diagnostics, grouped by file name. Several source texts with one name
+/// count as the same file. A fix is skipped if it overlaps an earlier fix, or changes a file for whose name
+/// `is_writable` returns `false`.
 pub fn mend<'a>(
     diagnostics: impl IntoIterator<Item = &'a Diagnostic>,
     sources: &Sources,

@@ -38,7 +38,7 @@ pub use space::between;
 
 use std::ops::Range;
 
-/// A replacement of a byte range of a text.
+/// A replacement of a byte range of a source text.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Edit {
     /// The byte range to replace; an empty range is an insertion.
@@ -47,7 +47,7 @@ pub struct Edit {
     pub replacement: String,
 }
 
-/// Edits of one text, in the order of their ranges and without overlaps.
+/// Edits of one source text, in the order of their byte ranges and without overlaps.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Edits {
     list: Vec<Edit>,
@@ -62,10 +62,10 @@ pub enum EditError {
     /// A byte range beyond the end of the text, or with a bound inside a character.
     #[error("the text has no part {0:?}")]
     Outside(Range<usize>),
-    /// A value that is no array or object, or whose members are not all in this text.
+    /// A value that is neither an array nor an object, or that has members outside of the edited text.
     #[error("this is no array or object of the text")]
     NoContainer,
-    /// A position beyond the last member or element.
+    /// A position beyond the last member or element of the object or array.
     #[error("there is no position {at} among {count}")]
     NoPosition {
         /// The requested position, from 0.
@@ -73,16 +73,16 @@ pub enum EditError {
         /// The number of positions that exist.
         count: usize,
     },
-    /// A member without a key, or an element with one.
+    /// An object member without a key, or an array element with a key.
     #[error("members of an object have keys, and elements of an array none")]
     Key,
-    /// A key that the object has already.
+    /// A key that the object already has, or a new name that another declaration already has.
     #[error("\"{0}\" is there already")]
     KeyTaken(String),
-    /// A string that is no valid name in expressions.
+    /// A string that is not a valid name: an ASCII letter followed by ASCII letters, digits and underscores.
     #[error("\"{0}\" is no name: names begin with a letter and consist of letters, digits and \"_\"")]
     NoName(String),
-    /// A use that computes the name, so that the source does not contain it.
+    /// A use of a declaration whose source does not spell out the name, such as a name composed with a loop variable.
     #[error("{file} uses \"{name}\" at the bytes {range:?} and does not write the name there")]
     NotWritten {
         /// The name that is used.
@@ -177,7 +177,7 @@ impl Edits {
         Self::new(self.iter().chain(others.iter()).cloned())
     }
 
-    /// Combines these edits with edits of their result into edits of the original text.
+    /// Combines these edits with `next`, edits of the resulting text, into one set of edits of the original text.
     #[must_use]
     pub fn then(&self, next: &Self) -> Self {
         let (mut pieces, mut kept, mut at) = (Pieces::of(self), Vec::new(), 0);
@@ -219,7 +219,7 @@ struct Pieces<'t> {
 }
 
 impl<'t> Pieces<'t> {
-    /// Returns the parts of the text after `edits`. The length of the original text is unknown, so its last range is
+    /// Returns the parts of the edited text. The length of the original text is unknown, so the last byte range is
     /// unbounded.
     fn of(edits: &'t Edits) -> Self {
         let (mut rest, mut at) = (Vec::new(), 0);
@@ -232,7 +232,7 @@ impl<'t> Pieces<'t> {
         Self { rest }
     }
 
-    /// Removes and returns the parts with the first `bytes` bytes.
+    /// Removes and returns the parts that make up the next `bytes` bytes of the edited text.
     fn take(&mut self, mut bytes: usize) -> Vec<Piece<'t>> {
         let mut taken = Vec::new();
         while bytes > 0

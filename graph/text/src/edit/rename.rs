@@ -15,10 +15,10 @@ use crate::document::{Document, parse, pointer_join};
 use crate::model::{Declaration, DeclarationKind, Id, Model};
 use crate::source::{Sources, Span};
 
-/// Replaces the source at the given spans by a name. Returns the edits by the names of the files.
+/// Returns the edits that replace the source at the given spans with a name, grouped by file name.
 ///
-/// A span is a part of a string between its quotes; [`written`] finds it in a string with escapes. Characters of the
-/// name that JSON does not allow in strings are escaped.
+/// Each span must lie inside a JSON string, between its quotes; [`written`] finds the span in a string with escapes.
+/// Characters of the name that JSON does not allow in strings are escaped.
 ///
 /// # Errors
 /// Spans that overlap, or that are outside of their file.
@@ -32,11 +32,11 @@ pub fn rename(
     in_files(sources, places.into_iter().map(|place| (place, name.to_owned())))
 }
 
-/// Renames a declaration of a document with all its uses. Returns the edits by the names of the files.
+/// Returns the edits that rename a declaration and all its uses, grouped by file name.
 ///
 /// # Errors
-/// A new name that is invalid, or that another declaration has which is visible in the same scope; a use that computes
-/// the name.
+/// An old or new name that is not a valid identifier; the path of a subgraph file is none. A new name that another
+/// declaration visible in the same scope already has. A use whose source does not spell out the old name.
 pub fn rename_declaration(
     sources: &Sources,
     composed: &Composed,
@@ -80,8 +80,8 @@ pub fn rename_declaration(
     rename(sources, places, name)
 }
 
-/// Returns the span of a name inside a larger span: at its start, or as the only such word of a string. An error if the
-/// name is not written there.
+/// Returns the span of a name inside the span `place`: at the start of `place`, or as the only occurrence of the word
+/// in a JSON string. An error if the name is not found, or occurs several times in the string.
 fn name_at(sources: &Sources, place: Span, name: &str) -> Result<Span, EditError> {
     let text = sources.text(place);
     let begins = |text: &str| text.strip_prefix(name).is_some_and(|rest| !rest.starts_with(is_of_name));
@@ -113,8 +113,8 @@ fn unescaped(key: &str) -> String {
     key.replace("~1", "/").replace("~0", "~")
 }
 
-/// Returns the span in the source of a byte range of an unescaped string. `string` is the span of the string with its
-/// quotes. `None` if the range does not fit.
+/// Converts a byte range of a JSON string's unescaped contents to the span of the source that encodes it. `string` is
+/// the span of the string with its quotes. `None` if the range exceeds the contents or cuts a character.
 pub fn written(sources: &Sources, string: Span, range: Range<usize>) -> Option<Span> {
     let text = sources.text(string).strip_prefix('"')?.strip_suffix('"')?;
     let (mut said, mut at) = (0, 0);
@@ -145,7 +145,7 @@ fn code_unit(escape: &str) -> Option<u32> {
     u32::from_str_radix(escape.get(2..6)?, 16).ok()
 }
 
-/// Converts replacements to edits, by the names of the files. Equal replacements are made once.
+/// Converts replacements of spans to edits, grouped by file name. Duplicate replacements are made only once.
 pub(super) fn in_files(
     sources: &Sources,
     replacements: impl IntoIterator<Item = (Span, String)>,

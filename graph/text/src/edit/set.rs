@@ -9,10 +9,10 @@ use super::layout::{Layout, line_start};
 use super::{Edit, EditError, Edits};
 use crate::document::{Kind, Value};
 
-/// Returns the edits that change a value of a text to `new`.
+/// Returns the edits that change the JSON value `value` of a text to `new`.
 ///
-/// Unchanged members and elements keep their source. Of an array, equal elements at its start and end are kept. Of an
-/// object, members with the same keys are kept, unless their order changes.
+/// Unchanged members and elements keep their source text. In an array, equal elements at the start and at the end are
+/// kept. In an object, members with the same keys are kept; if their order changes, the object is replaced.
 ///
 /// # Errors
 /// A value that is not in this text.
@@ -22,11 +22,12 @@ pub fn set(text: &str, value: &Value, new: &Json) -> Result<Edits, EditError> {
     Edits::new(edits)
 }
 
-/// Writes values as the defaults of parameters or features in a document; `section` is `parameters` or `features`. A
-/// declaration from an extended or included file gets a member in this file with only the default.
+/// Returns the edits that write values as the defaults of parameters or features into a document. `section` is
+/// `parameters` or `features`, and `values` has the new defaults by name. A parameter or feature that only an extended
+/// or included file declares gets a member in this file with nothing but the default.
 ///
 /// # Errors
-/// A document whose section, or a declaration in that section, is no object.
+/// A document in which the section, or a declaration in the section, is not an object.
 pub fn save<'a>(
     text: &str,
     document: &Value,
@@ -92,7 +93,7 @@ fn change(text: &str, value: &Value, json: &Json, edits: &mut Vec<Edit>) -> Resu
     Ok(())
 }
 
-/// Adds the edit that replaces the source of a value as a whole.
+/// Adds the edit that replaces the entire source text of a value.
 fn replace(text: &str, old: &Value, new: &Json, edits: &mut Vec<Edit>) -> Result<(), EditError> {
     let range = old.span.range();
     let before = text.get(..range.start).ok_or(EditError::Outside(range.clone()))?;

@@ -3,8 +3,8 @@
 use super::layout::SPACE;
 use super::{Edit, Edits};
 
-/// Returns the edits that turn `old` into `new`. They change only space as long as the other characters agree; from the
-/// first other difference on, they replace the rest.
+/// Returns the edits that turn `old` into `new`. If the texts differ only in white space, the edits change only white
+/// space. Otherwise everything from the first other difference on is replaced.
 pub fn between(old: &str, new: &str) -> Edits {
     let (mut list, mut at, mut at_new) = (Vec::new(), 0, 0);
     let space = |text: &str| text.len() - text.trim_start_matches(SPACE).len();

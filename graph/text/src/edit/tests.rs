@@ -21,8 +21,8 @@ fn root(text: &str) -> Value {
     parse(&sources, file).valid().unwrap_or_else(|diagnostics| panic!("{diagnostics:?}\n{text}")).root
 }
 
-/// Applies an edit of the value at a pointer, and returns the resulting text. Checks that the text is JSON, and that
-/// the inverse restores the original.
+/// Applies an edit to the value at a JSON pointer, and returns the resulting text. Asserts that the result is valid
+/// JSON, and that the inverse edit restores the original.
 #[track_caller]
 fn edited(text: &str, pointer: &str, edit: impl Fn(&str, &Value) -> Result<Edits, EditError>) -> String {
     let root = root(text);
@@ -231,7 +231,8 @@ fn model(files: &compose::Memory, path: &str) -> Option<(Sources, compose::Compo
     Some((sources, composed, model))
 }
 
-/// Returns all declarations, by kind and name, with the numbers of their uses. The name `old` is replaced by `new`.
+/// Returns the kind, name and number of uses of every declaration, sorted. In the result, the name `old` is replaced by
+/// `new`.
 fn declared(model: &Model, old: &str, new: &str) -> Vec<(DeclarationKind, String, usize)> {
     let name = |name: &str| if name == old { new.to_owned() } else { name.to_owned() };
     let mut all: Vec<_> = model
@@ -406,7 +407,8 @@ fn random_edit(text: &str, random: &mut Random) -> RandomEdit {
     RandomEdit { edits, expected, removes: kind != 1 && kind != 3 }
 }
 
-/// Applies random edits to a text one after the other, and undoes them.
+/// Applies `count` random edits to a text one after the other, and undoes them. Asserts that edits, inverses and
+/// combined edits give the expected texts.
 fn edit_and_undo(first: &str, count: usize, random: &mut Random) {
     let (mut text, mut all) = (first.to_owned(), Edits::default());
     let mut undo = Vec::new();

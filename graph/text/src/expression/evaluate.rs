@@ -30,7 +30,7 @@ pub trait Scope {
     fn is_broken(&self, _name: &str) -> bool {
         false
     }
-    /// The words of an enumeration; `None` if the name is not that of an enumeration.
+    /// The words of the enumeration `name`; `None` if the name does not belong to an enumeration.
     fn words(&self, _name: &str) -> Option<&[String]> {
         None
     }
@@ -113,11 +113,11 @@ pub fn evaluate(expression: &Expression, scope: &dyn Scope) -> Result<Value, Exp
     }
 }
 
-/// Evaluates an expression into `to`, and returns whether that value changed. The memory of lists in `to` is reused for
-/// list literals and named lists; other lists and strings are allocated anew.
+/// Evaluates an expression into `to`, and returns `true` if that value changed. The memory of lists in `to` is reused
+/// for list literals and named lists; other lists and strings are allocated anew.
 ///
 /// # Errors
-/// The errors of [`evaluate`]. Elements of a list may have been updated in part.
+/// The errors of [`evaluate`]. Some elements of a list in `to` may already be updated then.
 pub fn evaluate_into(
     expression: &Expression,
     scope: &dyn Scope,
@@ -145,7 +145,7 @@ pub fn evaluate_into(
     }
 }
 
-/// Returns the reference to the version that round `at` of a loop wrote.
+/// Returns the reference to the version of a resource that iteration `at` (from 0) of a loop wrote.
 fn round(reference: &Reference, at: f64, index: &Expression) -> Result<Reference, ExpressionError> {
     let Some(pass) = reference.version.as_ref().filter(|version| *version != "0") else {
         let error = type_error(index.range.clone(), "only the version that a loop wrote has rounds");
@@ -159,7 +159,8 @@ fn round(reference: &Reference, at: f64, index: &Expression) -> Result<Reference
     Ok(Reference { version: Some(format!("{pass}.{at}")), ..reference.clone() })
 }
 
-/// Borrows the value of a literal, or of a name whose value the scope can lend. `None` for other expressions.
+/// Borrows the value of a literal, or of a name if the scope can lend a reference to its value. `None` for other
+/// expressions.
 fn seen<'a>(expression: &'a Expression, scope: &'a dyn Scope) -> Option<&'a Value> {
     match &expression.kind {
         ExpressionKind::Literal(value) => Some(value),
@@ -168,7 +169,7 @@ fn seen<'a>(expression: &'a Expression, scope: &'a dyn Scope) -> Option<&'a Valu
     }
 }
 
-/// The number of values that a value consists of: 1 for itself, and those of all nested elements.
+/// The number of values in a value: the value itself and, for a list, all nested elements.
 fn size_of(value: &Value) -> usize {
     match value {
         Value::List(list) => 1 + list.iter().map(size_of).sum::<usize>(),

@@ -238,7 +238,7 @@ pub struct ExpressionError {
     pub message: String,
     /// A remedy in one sentence; `None` if none is known.
     pub help: Option<String>,
-    /// The unknown name, if the error is about one.
+    /// The unknown name that causes the error; `None` for other errors.
     pub unknown: Option<Box<UnknownName>>,
 }
 

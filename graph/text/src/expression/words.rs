@@ -11,8 +11,9 @@ use super::{
 };
 use crate::diagnostic::list_of;
 
-/// Returns an error for the first string literal that an enumeration is compared with although it is none of its words.
-/// The expression must be as written: names replaced by their values would be mistaken for literals.
+/// Returns an error for the first string literal that is compared with an enumeration but is not one of the
+/// enumeration's words; `None` if there is none. The expression must be as written: names replaced by their values
+/// would be mistaken for literals.
 pub fn unknown_word(expression: &Expression, scope: &dyn Scope) -> Option<ExpressionError> {
     let own = match &expression.kind {
         ExpressionKind::Binary(BinaryOperator::Equal | BinaryOperator::NotEqual, a, b) => {

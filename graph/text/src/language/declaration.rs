@@ -50,14 +50,14 @@ pub struct Sections {
     /// Named values that are computed from parameters, features and other derived values, each by an expression.
     #[serde(default)]
     pub derived: BTreeMap<String, Expr>,
-    /// Named conditions on parameters, features and derived values, each with the message for the case that it does not
-    /// hold.
+    /// Named conditions on parameters, features and derived values, each with the message to report if the condition
+    /// does not hold.
     #[serde(default)]
     pub constraints: BTreeMap<String, ConstraintDeclaration>,
     /// Runtime toggles that the host can switch in each frame, without planning the pipeline again.
     #[serde(default)]
     pub toggles: BTreeMap<String, ToggleDeclaration>,
-    /// The contracts with the host's draws by name: the vertex inputs and bindings that the draws provide.
+    /// Contracts for the draws of the host application, by name: the vertex inputs and bindings that the draws provide.
     #[serde(default)]
     pub geometry: BTreeMap<String, GeometryDeclaration>,
     /// Textures and buffers by name.
@@ -362,8 +362,7 @@ pub struct PassCommon {
     /// The group or groups of "shared_settings" that the pass inherits. Later groups override earlier ones, and the
     /// pass overrides all. Objects are merged by key; null deletes a member.
     pub extends: Option<Names>,
-    /// Whether the pass is part of the graph: an expression over parameters and features. A pass without this key
-    /// always is.
+    /// Whether the pass is part of the graph: an expression over parameters and features; true by default.
     pub when: Option<Expr>,
     /// Repeats the pass: one variable, with a count or a list as an expression, such as { "level": "=levels - 1" }. For
     /// a count the variable runs from 0. Rounds are named NAME.0, NAME.1, …
@@ -386,8 +385,8 @@ pub struct PassCommon {
     /// The toggle that must be on for the pass to run in a frame; with "!" before its name, the toggle that must be
     /// off.
     pub toggle: Option<String>,
-    /// Fallbacks, by the names of resources that only passes with this toggle write. Readers get the fallback in frames
-    /// in which these passes do not run.
+    /// Fallback resources, by the name of the resource that each replaces. Only passes with the toggle of this pass may
+    /// write the replaced resource. Readers get the fallback in frames in which those passes do not run.
     #[serde(default)]
     pub passthrough: BTreeMap<String, Ref>,
 }

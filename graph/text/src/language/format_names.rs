@@ -50,8 +50,8 @@ pub fn unknown_format(name: &str, place: Span, pointer: String) -> Diagnostic {
     })
 }
 
-/// The names of the texture formats, sorted. They are generated from all combinations of channels and types, of which
-/// wgpu's formats are kept.
+/// The names of the texture formats, sorted. All combinations of channels and types are generated, and those that wgpu
+/// does not know are dropped.
 static KNOWN_FORMATS: LazyLock<Vec<String>> = LazyLock::new(|| {
     const CHANNELS: &str = "r8 rg8 rgba8 bgra8 r16 rg16 rgba16 r32 rg32 rgba32 r64 rgb10a2 rg11b10 rgb9e5 depth16 depth32 \
         eac-r11 eac-rg11 etc2-rgb8 etc2-rgb8a1 etc2-rgba8 bc1-rgba- bc2-rgba- bc3-rgba- bc4-r- bc5-rg- bc6h-rgb- bc7-rgba- \

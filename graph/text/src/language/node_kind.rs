@@ -20,8 +20,8 @@ const COMMON: [&str; 11] = [
     SETTINGS,
 ];
 
-/// Returns the member of a pass, or of a group of shared settings, whose key is the node kind and whose value is its
-/// settings.
+/// Returns the member of a pass, or of a group of shared settings, whose key is the node kind, such as `draw`, and
+/// whose value is its settings. `None` if there is none.
 pub fn node_kind(pass: &Value) -> Option<&Entry> {
     pass.entries()?.iter().find(|member| !COMMON.contains(&member.key.as_str()))
 }

@@ -34,7 +34,7 @@ pub struct TextureDeclaration {
     pub samples: Option<Expr>,
     /// The view dimension of the texture with all layers. By default it is "2d" for one layer and "2d-array" for more.
     pub view_dimension: Option<TextureShape>,
-    /// The lifetime of the texture.
+    /// The lifetime of the texture's contents; "transient" by default.
     #[serde(default)]
     pub lifetime: Lifetime,
     /// Whether the host reads the texture between frames, by copying it or binding it in its own shaders. Such a
@@ -58,7 +58,7 @@ pub struct TextureDeclaration {
 pub struct BufferDeclaration {
     /// The size in bytes.
     pub size: Expr,
-    /// The lifetime of the buffer.
+    /// The lifetime of the buffer's contents; "transient" by default.
     #[serde(default)]
     pub lifetime: Lifetime,
     /// Whether the host reads the buffer between frames, by copying it or binding it in its own shaders. Such a buffer
@@ -139,6 +139,6 @@ pub enum Lifetime {
     Persistent,
     /// Each frame has its own copy, and a few earlier ones can be read: `&NAME@-1` is that of the previous frame.
     History,
-    /// The host creates and owns the resource. Writing it is an output of the pipeline.
+    /// The host application creates and owns the resource. Writing the resource is an output of the pipeline.
     Imported,
 }

@@ -10,7 +10,7 @@ use crate::language;
 /// The names that are visible in a pipeline or in a subgraph.
 #[derive(Debug, Default)]
 pub(super) struct Scope {
-    /// The subgraph with these names; `None` for the pipeline.
+    /// The subgraph that declares the names; `None` for the pipeline.
     pub(super) owner: Option<Id>,
     /// Whether the names of the pipeline are visible in addition; `false` in subgraph files.
     pub(super) sees_pipeline: bool,
@@ -37,8 +37,8 @@ pub(super) const SECTIONS: [(&str, DeclarationKind, bool); 12] = [
     ("shared_settings", DeclarationKind::SharedSettings, false),
 ];
 
-/// Adds all declarations of a document to the model. Returns the scope of the pipeline, then those of its subgraphs in
-/// order.
+/// Adds all declarations of a document to the model. Returns the scope of the pipeline, then the scopes of its
+/// subgraphs in the order of the document.
 pub(super) fn declare(model: &mut Model, root: &Value) -> Vec<Scope> {
     let subgraphs = section(root, "subgraphs");
     let mut top = of_owner(model, root, None, "");

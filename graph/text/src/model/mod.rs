@@ -35,11 +35,11 @@ pub struct Id(usize);
 pub enum DeclarationKind {
     /// A parameter, of the pipeline or of a subgraph.
     Parameter,
-    /// A feature.
+    /// A feature: a boolean or an enumeration that chooses shader variants and passes.
     Feature,
-    /// A derived value.
+    /// A derived value, which an expression computes from parameters, features and other derived values.
     Derived,
-    /// A constraint.
+    /// A constraint: a condition that parameters, features and derived values have to meet.
     Constraint,
     /// A texture or buffer.
     Resource,
@@ -47,21 +47,21 @@ pub enum DeclarationKind {
     Data,
     /// A pass.
     Pass,
-    /// A subgraph.
+    /// A subgraph: a reusable group of passes.
     Subgraph,
-    /// An input of a subgraph.
+    /// An input of a subgraph: a resource that each use of the subgraph provides.
     Input,
-    /// A variable of a loop.
+    /// The variable of a loop (`for_each`) of a pass.
     Variable,
-    /// A runtime toggle.
+    /// A runtime toggle, which the host application can switch in each frame.
     Toggle,
-    /// A contract with the host's draws.
+    /// A contract for draws: the vertex inputs and bindings that the host application provides.
     Geometry,
-    /// A preset.
+    /// A preset: a named set of values of parameters and features.
     Preset,
-    /// An extension point.
+    /// An extension point, at which extension files insert passes.
     ExtensionPoint,
-    /// A group of shared settings.
+    /// A group of settings that passes share.
     SharedSettings,
 }
 
@@ -166,7 +166,7 @@ impl Model {
         self.declarations.iter().position(is_it).map(Id)
     }
 
-    /// All strings of the document.
+    /// The strings in which names were resolved; descriptions, for example, are left out.
     pub fn texts(&self) -> &[Text] {
         &self.texts
     }
@@ -208,7 +208,8 @@ impl Model {
         self.kinds.get(&pass).map(String::as_str)
     }
 
-    /// The pipeline's parameters and features that the given declarations are or depend on through derived values.
+    /// Returns the pipeline's parameters and features among the given declarations, and those on which the given
+    /// derived values depend.
     pub fn settings_behind(&self, named: impl IntoIterator<Item = Id>) -> BTreeSet<Id> {
         use DeclarationKind as K;
         let (mut found, mut seen) = (BTreeSet::new(), BTreeSet::new());
@@ -233,8 +234,8 @@ impl Model {
     }
 
     /// Returns the expression of a string with derived values replaced by their expressions. Names other than the
-    /// pipeline's parameters and features get the prefix `^`. `None` if the string is no expression, or cannot be
-    /// expanded or is too large.
+    /// pipeline's parameters and features get the prefix `^`. `None` if the string is no expression, cannot be
+    /// expanded, or expands to too large an expression.
     pub fn closed(&self, text: &Text) -> Option<Expression> {
         let mut parts = 0;
         self.close(text.content.expression()?, text, &mut parts, 0)

@@ -10,7 +10,7 @@ use crate::document::{Entry, Kind, Value, pointer_join};
 use crate::language::Written;
 use crate::source::Span;
 
-/// Collects the strings of all declarations, and resolves the names in them.
+/// Adds the strings of all declarations to the model, and resolves the names in them.
 pub(super) fn resolve(model: &mut Model, scopes: Vec<Scope>, root: &Value) {
     let (top, below) = scopes.split_first().map_or((None, [].as_slice()), |(top, below)| (Some(top), below));
     let Some(top) = top else { return };
@@ -103,7 +103,7 @@ impl<'s> Resolver<'_, 's> {
         }
     }
 
-    /// Reads all strings inside a value, except descriptions.
+    /// Records all strings inside a value, except descriptions, and resolves the names in them.
     fn strings(&mut self, value: &Value, keys: &mut Vec<String>, site: &Site<'s>) {
         match &value.kind {
             Kind::Text(_) => self.string(value, keys.clone(), site),
@@ -182,7 +182,7 @@ impl<'s> Resolver<'_, 's> {
         self.model.texts.push(Text { place: value.span, within: site.within, keys, text, content, uses });
     }
 
-    /// Returns the declaration that a name in a string refers to.
+    /// Returns the declaration that a name in a string refers to; `None` if there is none.
     fn resolve(&mut self, named: &Named, range: &Range<usize>, value: &Value, site: &Site<'s>) -> Option<Id> {
         match named {
             Named::Value(name) => {
@@ -230,8 +230,8 @@ impl<'s> Resolver<'_, 's> {
         Some(id)
     }
 
-    /// Returns the pass of this name. A dotted name, such as a loop round, resolves to its longest prefix that names a
-    /// pass.
+    /// Returns the pass of this name. A dotted name, such as `blur.0` for an iteration of a loop, resolves to the
+    /// longest prefix that names a pass. `None` if there is none.
     fn pass_id(&self, name: &str, site: &Site<'s>) -> Option<Id> {
         let mut ends: Vec<usize> = name.match_indices('.').map(|(at, _)| at).collect();
         ends.push(name.len());
@@ -251,7 +251,7 @@ impl<'s> Resolver<'_, 's> {
     }
 }
 
-/// Whether a string is an ASCII letter followed by ASCII letters, digits and underscores.
+/// Returns `true` if a string is an ASCII letter followed by ASCII letters, digits and underscores.
 fn is_name(text: &str) -> bool {
     text.chars().next().is_some_and(|first| first.is_ascii_alphabetic())
         && text.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')

@@ -17,19 +17,19 @@ const WORKGROUP: u32 = 64;
 /// The number of storage buffers that the skinning shader binds.
 const STORAGE_BUFFERS: u32 = 4;
 
-/// The compute pipeline for skinning and its resources.
+/// The compute pipeline that skins vertices, with its bind group and buffers.
 pub(super) struct DeviceSkinning {
     device: wgpu::Device,
     pipeline: wgpu::ComputePipeline,
     group: wgpu::BindGroup,
     joints: wgpu::Buffer,
-    /// The number of workgroups of each draw's dispatch.
+    /// The number of workgroups in the dispatch of each skinned draw.
     workgroups: Vec<u32>,
-    /// The joint matrices in `f32`, as last uploaded; the allocation is reused.
+    /// The joint matrices of the last upload, in `f32`; kept to reuse the allocation.
     matrices: Vec<Mat4>,
 }
 
-/// A vertex of the unskinned mesh, in the memory layout of the shader.
+/// A vertex of the mesh before skinning, in the memory layout that the skinning shader reads.
 #[repr(C)]
 #[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
 struct Modelled {
@@ -40,7 +40,7 @@ struct Modelled {
     weights: [f32; 4],
 }
 
-/// The uniform block of a dispatch, in the memory layout of the shader.
+/// The uniform block of one skinning dispatch, in the memory layout that the skinning shader reads.
 #[repr(C)]
 #[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
 struct Task {
@@ -53,7 +53,8 @@ struct Task {
 }
 
 impl DeviceSkinning {
-    /// Returns `true` if a device with these limits can skin these draws, which have `vertices` vertices in total.
+    /// Returns `true` if a device with these limits can skin `draws`; `vertices` is the number of vertices of all
+    /// skinned draws.
     pub(super) fn fits(limits: &wgpu::Limits, scene: &Scene, draws: &[Skinned], vertices: u32) -> bool {
         let joints: u64 = draws.iter().map(|skinned| u64::from(skinned.joint_count)).sum();
         let max = draws.iter().map(|skinned| scene.primitive(skinned.draw).positions.len()).max();

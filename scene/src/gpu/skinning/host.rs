@@ -11,7 +11,7 @@ use crate::node::NodeId;
 use crate::pose::Pose;
 use crate::scene::Scene;
 
-/// The draws that the CPU skins or morphs, and reused buffers for the vertices of one of them.
+/// The draws that the CPU skins or morphs, and reused lists for the vertices of one draw.
 pub(super) struct HostSkinning {
     draws: Vec<Skinned>,
     morphed: [Vec<[f32; 3]>; 2],
@@ -23,7 +23,7 @@ impl HostSkinning {
         Self { draws, morphed: Default::default(), moved: Default::default() }
     }
 
-    /// The nodes of the draws, in their order.
+    /// The nodes of the draws that the CPU skins or morphs, in the order of the draws.
     pub(super) fn nodes(&self) -> impl Iterator<Item = NodeId> {
         self.draws.iter().map(|moved| moved.draw.node)
     }
@@ -60,7 +60,8 @@ impl HostSkinning {
     }
 }
 
-/// Skins the vertices of a primitive with joint matrices. The input is its morphed or original positions and normals.
+/// Skins the vertices of a primitive with joint matrices, from its morphed or original positions and normals to world
+/// space.
 fn skin(
     primitive: &Primitive,
     [modelled, modelled_normals]: [&Vec<[f32; 3]>; 2],

@@ -31,30 +31,30 @@ use host::HostSkinning;
 
 /// Skinning and morphing of the draws of a scene, on the device or the CPU.
 pub(super) struct Skinning {
-    /// Device skinning of draws without morph targets; `None` if the device does not support it or there are no such
-    /// draws.
+    /// Skinning of draws without morph targets on the device. `None` if the device does not support skinning, or if no
+    /// skinned draw is without morph targets.
     device: Option<DeviceSkinning>,
-    /// CPU skinning and morphing of all draws that `device` does not handle.
+    /// Skinning and morphing on the CPU, for all draws that `device` does not handle.
     host: HostSkinning,
-    /// The concatenated joint matrices of all skinned draws, as last written.
+    /// The concatenated joint matrices of all skinned draws in the last written pose.
     joints: Vec<DMat4>,
-    /// The concatenated joint matrices of the pose being written; the allocation is reused.
+    /// The concatenated joint matrices of the pose that is being written; kept to reuse the allocation.
     next: Vec<DMat4>,
-    /// The morph weights of the draws that the CPU handles, as last written; `None` before the first pose.
+    /// The morph weights, in the last written pose, of the draws that the CPU handles. `None` before the first pose.
     weights: Option<Vec<f32>>,
-    /// The device that records copies of positions to the previous positions.
+    /// The device on which positions are copied to the buffer of previous positions.
     copier: wgpu::Device,
-    /// Whether the last write changed vertices, so that their previous positions still differ from the current ones.
+    /// Whether the last write changed vertices, so that the previous positions still differ from the current ones.
     has_moved: bool,
 }
 
-/// A skinned or morphed draw and the ranges of its vertices and joints.
+/// A skinned or morphed draw, and the locations of its vertices and joint matrices.
 #[derive(Clone, Copy, Debug)]
 struct Skinned {
     draw: Draw,
     /// The index of the draw's first vertex in the vertex streams.
     first_vertex: u32,
-    /// The index of the draw's first joint in the concatenated joints of all skinned draws.
+    /// The index of the draw's first joint matrix in the concatenated joint matrices of all skinned draws.
     first_joint: u32,
     joint_count: u32,
 }
@@ -81,8 +81,8 @@ impl Skinning {
         }
     }
 
-    /// Writes the positions and normals of all skinned and morphed draws for a pose, and keeps the old positions as
-    /// previous ones.
+    /// Writes the positions and normals of all skinned and morphed draws for a pose. The old positions become the
+    /// previous positions for motion vectors.
     pub(super) fn write(&mut self, queue: &wgpu::Queue, geometry: &Geometry, scene: &Scene, pose: &Pose) {
         let joints = scene.draws_of_all_details().filter(|draw| draw.skin.is_some());
         self.next.clear();
@@ -109,7 +109,7 @@ impl Skinning {
     }
 }
 
-/// The draws with skinned or morphed vertices; the joint count is 0 for a draw without a skin.
+/// The draws with skinned or morphed vertices. Their joint count is 0 if they have no skin.
 fn moved_draws(scene: &Scene, geometry: &Geometry) -> Vec<Skinned> {
     let mut first_joint = 0;
     let own = scene.draws_of_all_details().enumerate().filter(|(_, draw)| scene.has_own_vertices(*draw));

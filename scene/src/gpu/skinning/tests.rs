@@ -9,7 +9,7 @@ use crate::mesh::Primitive;
 use crate::morph::MorphTarget;
 use crate::node::{Node, NodeId};
 
-/// The vertex streams of a scene, and the skinning that writes them.
+/// The vertex streams of a scene, and the [`Skinning`] that writes positions and normals.
 struct Streams {
     geometry: Geometry,
     skinning: Skinning,
@@ -25,7 +25,7 @@ impl Streams {
         self.skinning.device.is_some()
     }
 
-    /// Writes a pose and reads back all positions and normals.
+    /// Writes a pose, and reads back all positions (in metres) and normals.
     fn in_pose(&mut self, gpu: &Gpu, scene: &Scene, pose: &Pose) -> [Vec<f32>; 2] {
         self.skinning.write(&gpu.queue, &self.geometry, scene, pose);
         [&self.geometry.positions, &self.geometry.normals].map(|stream| read(gpu, stream))
@@ -48,7 +48,8 @@ fn read(gpu: &Gpu, buffer: &wgpu::Buffer) -> Vec<f32> {
     bytemuck::cast_slice(&mapped).to_vec()
 }
 
-/// A device, and a second one of the same adapter with too few storage buffers, so that the CPU skins.
+/// A device, and a second one of the same adapter with too few storage buffers, so that the CPU skins vertices for it.
+/// `None` without an adapter.
 fn devices() -> Option<[Gpu; 2]> {
     let gpu = gpu::device()?;
     let few = wgpu::Limits { max_storage_buffers_per_shader_stage: 3, ..gpu.device.limits() };
@@ -94,7 +95,7 @@ fn the_device_moves_the_figure_as_the_processor_does() {
     println!("the figure: {:.1e} of the largest coordinate", assert_alike(&scene, &poses));
 }
 
-/// The figure three times in one scene, with separate joints: unchanged; scaled unevenly and far from the origin; and
+/// The figure three times in one scene, each with its own skin: unchanged, scaled unevenly and far from the origin, and
 /// mirrored and almost flat.
 fn crowd() -> Scene {
     let mut scene = figure();

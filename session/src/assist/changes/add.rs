@@ -17,7 +17,7 @@ use crate::graph::edit::Item;
 use crate::graph::language::node_kind;
 use crate::graph::model::DeclarationKind;
 
-/// A template for each node kind that has a shader, where no pass of the kind shows one.
+/// The shader template for a new pass, by node kind. Used if the pipeline has no pass of the kind to copy from.
 const SHADERS: [(&str, &str); 1] = [("fullscreen", "gradient.wgsl.jinja")];
 
 impl Graph<'_, '_> {
@@ -72,7 +72,7 @@ impl Graph<'_, '_> {
         Ok(one(file, draft))
     }
 
-    /// A name that nothing has.
+    /// Returns a name that no declaration has: `stem`, or else `stem` with a number from 2 on, such as `blur_2`.
     pub(super) fn free_name(&self, stem: &str) -> String {
         let is_taken = |name: &str| self.context.model.declarations().any(|(_, one)| one.name == name);
         let numbered = (2_u32..).map(|number| format!("{stem}_{number}"));
@@ -80,7 +80,7 @@ impl Graph<'_, '_> {
         names.find(|name| !is_taken(name)).unwrap_or_default()
     }
 
-    /// A reference to the resource of a name, or else to the first one.
+    /// Returns a reference to the resource with this name, or else to the first resource of the pipeline.
     fn resource(&self, name: &str) -> Json {
         let resources = || {
             let all = self.context.model.declarations().map(|(_, one)| one);
@@ -90,7 +90,8 @@ impl Graph<'_, '_> {
         Json::from(format!("&{}", found.map_or(name, |one| one.name.as_str())))
     }
 
-    /// The required settings of a node kind.
+    /// Returns the required settings for a new pass of a node kind. Copies them from a pass of the same kind, or fills
+    /// in placeholders.
     fn settings(&self, kind: &str, name: &str) -> Json {
         let schema = self.context.schema;
         let whole =
@@ -140,7 +141,7 @@ impl Graph<'_, '_> {
     }
 }
 
-/// A path as a file in a folder names it.
+/// Returns a path relative to a folder, with `/` as separator.
 fn relative(folder: &Path, path: &Path) -> String {
     let parts = |path: &Path| -> Vec<String> {
         let normal = path.components().filter(|part| *part != Component::CurDir);

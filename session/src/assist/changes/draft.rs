@@ -7,17 +7,17 @@ use crate::graph::document::{Document, Kind, Value, parse};
 use crate::graph::edit::{Edits, Item, insert, remove, reorder, set};
 use crate::graph::source::{Sources, Span};
 
-/// A text that is edited step by step.
+/// The text of a document while it is edited in several steps, with the edits made so far.
 pub(super) struct Draft {
     text: String,
     edits: Edits,
 }
 
 impl Draft {
-    /// A draft of a text.
+    /// Creates a draft of a file's text.
     ///
     /// # Errors
-    /// A text that is no document: its members are not known well enough.
+    /// Returns [`ChangeError::Broken`] if the text is not a valid document.
     pub(super) fn new(file: &str, text: &str) -> Result<Self, ChangeError> {
         let mut sources = Sources::new();
         let added = sources.add(file, text);
@@ -44,7 +44,7 @@ impl Draft {
         Ok(())
     }
 
-    /// Gives a value another content.
+    /// Replaces the value at a path of object keys and array indices.
     pub(super) fn set(&mut self, keys: &[&str], json: &Json) -> Changed {
         let root = self.root();
         let value = at(&root, keys).ok_or(ChangeError::Gone)?;
@@ -52,7 +52,8 @@ impl Draft {
         self.make(&edits)
     }
 
-    /// Gives a value another content, or puts it in with the containers that it lacks.
+    /// Replaces the value at a path of object keys and array indices. If it does not exist, inserts it, with the
+    /// objects and arrays that are missing around it.
     pub(super) fn put(&mut self, keys: &[&str], json: &Json) -> Changed {
         let root = self.root();
         let known = (0..=keys.len()).rev().find(|count| at(&root, &keys[..*count]).is_some()).unwrap_or(0);
@@ -71,7 +72,7 @@ impl Draft {
         self.make(&edits)
     }
 
-    /// Puts a member or an element before the one at a position.
+    /// Inserts an object member or array element at an index of the container at the path `keys`.
     pub(super) fn insert(&mut self, keys: &[&str], position: usize, item: &Item) -> Changed {
         let root = self.root();
         let container = at(&root, keys).ok_or(ChangeError::Gone)?;
@@ -79,7 +80,7 @@ impl Draft {
         self.make(&edits)
     }
 
-    /// Removes a member or an element.
+    /// Removes the object member or array element at the path `keys`.
     pub(super) fn remove(&mut self, keys: &[&str]) -> Changed {
         let (root, (last, above)) = (self.root(), keys.split_last().ok_or(ChangeError::Gone)?);
         let container = at(&root, above).ok_or(ChangeError::Gone)?;
@@ -87,14 +88,14 @@ impl Draft {
         self.make(&edits)
     }
 
-    /// Moves a member before another one.
+    /// Moves an object member or array element from one index to another within the container at the path `keys`.
     pub(super) fn reorder(&mut self, keys: &[&str], from: usize, to: usize) -> Changed {
         let root = self.root();
         let edits = reorder(&self.text, at(&root, keys).ok_or(ChangeError::Gone)?, from, to)?;
         self.make(&edits)
     }
 
-    /// A copy of a member, with its comments.
+    /// Returns a copy of the object member or array element at the path `keys`, with its comments.
     pub(super) fn copied(&self, keys: &[&str]) -> Result<Item, ChangeError> {
         let (root, (last, above)) = (self.root(), keys.split_last().ok_or(ChangeError::Gone)?);
         let container = at(&root, above).ok_or(ChangeError::Gone)?;
@@ -103,7 +104,7 @@ impl Draft {
     }
 }
 
-/// The value that keys and positions lead to.
+/// Returns the value at a path of object keys and array indices; `None` if there is none.
 pub(super) fn at<'v>(root: &'v Value, keys: &[&str]) -> Option<&'v Value> {
     keys.iter().try_fold(root, |value, key| match &value.kind {
         Kind::Object(_) => value.get(key),
@@ -112,7 +113,7 @@ pub(super) fn at<'v>(root: &'v Value, keys: &[&str]) -> Option<&'v Value> {
     })
 }
 
-/// The position of a member or element in its container.
+/// Returns the index of an object member in its object. For an array, parses `key` as the index.
 pub(super) fn position(container: &Value, key: &str) -> Option<usize> {
     match &container.kind {
         Kind::Object(entries) => entries.iter().position(|entry| entry.key == key),
@@ -120,7 +121,7 @@ pub(super) fn position(container: &Value, key: &str) -> Option<usize> {
     }
 }
 
-/// The keys and positions that lead to the value at a place.
+/// Returns the path of object keys and array indices to the value at a source range; `None` if no value is there.
 pub(super) fn path_to(root: &Value, place: Span) -> Option<Vec<String>> {
     if root.span == place {
         return Some(Vec::new());

@@ -5,32 +5,32 @@ use std::collections::BTreeMap;
 use crate::graph::diagnostic::list_of;
 use crate::graph::edit::{EditError, Edits};
 
-/// A change that cannot be made.
+/// The reason why a change of a pass graph cannot be made.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum ChangeError {
-    /// An edit of a text that cannot be made.
+    /// An edit of a file that is not possible, such as a rename to a name that is taken.
     Edit(EditError),
-    /// An unknown pass, resource or slot.
+    /// The name of a pass or resource that does not exist.
     Unknown(String),
-    /// An unknown node kind or subgraph.
+    /// A name that is neither a node kind nor a subgraph.
     UnknownKind(String),
-    /// A file with a syntax error.
+    /// The name of a file with a syntax error.
     Broken(String),
-    /// A file that is bundled with the engine and cannot be changed.
+    /// The name of a file that is bundled with the engine and cannot be changed.
     Bundled(String),
-    /// A reference that an expression selects.
+    /// An expression that selects the reference, which can only be changed by hand.
     Chosen(String),
-    /// A list that a pass takes over as a whole from shared settings or another file.
+    /// The label of a slot in a list that the pass inherits from shared settings or another file.
     Inherited(String),
-    /// A condition that is false with the chosen values.
+    /// The condition under the key `when` that keeps the pass switched off with the chosen values.
     Conditional(String),
-    /// A resource that passes of a group use in several versions.
+    /// The name of a resource that the passes of a group use in several versions, written by different passes outside.
     Versions(String),
-    /// The resource to be removed, and the names of its users.
+    /// The name of the resource to be removed, and the names of the declarations that use it.
     Used(String, Vec<String>),
-    /// Passes that stand in several files, or in one that is not the pipeline's own.
+    /// Passes that are declared in several files, or in a file other than the pipeline's own.
     Scattered,
-    /// A text that has changed since.
+    /// A value that is no longer in the file, since the file has changed.
     Gone,
 }
 

@@ -12,13 +12,14 @@ use crate::graph::language::node_kind;
 use crate::graph::model::{DeclarationKind, Id};
 use crate::graph::source::{FileId, Span};
 
-/// The texts of a pipeline, and what is known of them.
+/// The pass graph of a pipeline as its files declare it. Its methods return the edits that change the graph.
 pub(super) struct Graph<'c, 'a> {
     pub(super) context: &'c Context<'a>,
 }
 
 impl<'a> Graph<'_, 'a> {
-    /// The pass of the text that a pass of the plan is, or is part of.
+    /// Returns the declared pass for a name. The name of a loop round (`down.1`) or of a pass in a subgraph (`soft.up`)
+    /// gives the pass that the file declares.
     pub(super) fn pass(&self, name: &str) -> Result<(Id, PassAt<'a>), ChangeError> {
         let written = name.split('.').next().unwrap_or_default();
         let model = self.context.model;
@@ -29,7 +30,8 @@ impl<'a> Graph<'_, 'a> {
         Ok((id, PassAt { id, pointer: &declaration.pointer, value }))
     }
 
-    /// Whether a name is that of a file with a scheme, which comes with the module.
+    /// Returns `true` if a file name begins with a scheme of the storage, such as `umbragraph:`. Such files are bundled
+    /// and cannot be changed.
     pub(super) fn is_bundled(&self, name: &str) -> bool {
         name.split_once(':').is_some_and(|(scheme, _)| self.context.files.has_scheme(scheme))
     }
@@ -47,7 +49,8 @@ impl<'a> Graph<'_, 'a> {
         parse(self.context.sources, file).document
     }
 
-    /// A file to be changed.
+    /// Creates a draft for editing a file, and returns it with the name of the file. Returns an error for bundled
+    /// files.
     pub(super) fn draft(&self, file: FileId) -> Result<(String, Draft), ChangeError> {
         let (name, text) = self.file(Span::new(file, 0..0));
         if self.is_bundled(&name) {
@@ -57,7 +60,7 @@ impl<'a> Graph<'_, 'a> {
         Ok((name, draft))
     }
 
-    /// The files in which a pass is written, the pipeline's own first.
+    /// Returns the files that contain settings of a pass, the pipeline's own file first.
     pub(super) fn files_of(&self, pass: &str) -> Vec<FileId> {
         let has = |file: &&FileId| {
             self.document(**file).root.get("passes").is_some_and(|all| all.get(pass).is_some())
@@ -65,8 +68,8 @@ impl<'a> Graph<'_, 'a> {
         self.context.composed.files.iter().filter(has).copied().collect()
     }
 
-    /// The file in which a pass is changed: the pipeline's own, if it says something of it, else the one that declares
-    /// it.
+    /// Returns the file in which to edit a pass: the pipeline's own file if it contains settings of the pass, else the
+    /// file that declares the pass.
     pub(super) fn file_of(&self, id: Id) -> Result<FileId, ChangeError> {
         let files = self.files_of(self.name(id));
         let (own, declared) =
@@ -91,22 +94,22 @@ impl<'a> Graph<'_, 'a> {
     }
 }
 
-/// The one file that a draft changes.
+/// Returns the edits of a draft as a change of that file only.
 pub(super) fn one(name: String, draft: Draft) -> BTreeMap<String, Edits> {
     [(name, draft.into_edits())].into_iter().collect()
 }
 
-/// A list of keys as they are compared.
+/// Borrows a list of keys as string slices.
 pub(super) fn keys(of: &[String]) -> Vec<&str> {
     of.iter().map(String::as_str).collect()
 }
 
-/// The node kind of a pass, or `use`.
+/// Returns the node kind of a pass, or `use` for a pass that uses a subgraph; `None` if it has neither.
 pub(super) fn kind_name(pass: &Value) -> Option<&str> {
     node_kind(pass).map(|entry| entry.key.as_str()).or_else(|| pass.get("use").map(|_| "use"))
 }
 
-/// The folder of the pipeline's own file.
+/// Returns the folder that contains a file; empty if the path has no folder.
 pub(super) fn folder(path: &Path) -> PathBuf {
     path.parent().map(Path::to_owned).unwrap_or_default()
 }

@@ -82,7 +82,8 @@ impl Graph<'_, '_> {
         Ok(drafts.into_values().map(|(file, draft)| (file, draft.into_edits())).collect())
     }
 
-    /// The words of an input: those of the resource.
+    /// Returns the description for an input of a new subgraph: that of the resource with the same name, or else a
+    /// generated one.
     fn described(&self, name: &str) -> String {
         let resource = self.context.model.find(K::Resource, name);
         let value = resource.and_then(|id| self.context.value_of(self.context.model.declaration(id)));
@@ -92,7 +93,7 @@ impl Graph<'_, '_> {
         words.map_or_else(|| format!("the pipeline's \"{name}\""), str::to_owned)
     }
 
-    /// The names that cross the boundary of a group.
+    /// Finds the references that cross the boundary of a group of passes, and the edits that adapt them.
     fn boundary(&self, grouped: &BTreeSet<Id>, name: &str) -> Result<Boundary, ChangeError> {
         let model = self.context.model;
         let mut boundary = Boundary::default();
@@ -148,7 +149,8 @@ impl Graph<'_, '_> {
         Ok(boundary)
     }
 
-    /// Takes a pass out of the list after which another has to run.
+    /// Removes a pass outside the group from the list `after` of a pass inside. The group itself runs after that pass
+    /// instead.
     fn hoist(&self, place: Span, pass: &str, boundary: &mut Boundary) -> Result<(), ChangeError> {
         let root = self.document(place.file).root;
         let path = path_to(&root, place).ok_or(ChangeError::Gone)?;
@@ -171,7 +173,7 @@ impl Graph<'_, '_> {
         Ok(())
     }
 
-    /// Whether a pass of a group publishes data: names it under `to` in its settings.
+    /// Returns `true` if a pass of the group publishes the data, by naming it under `to` in its settings.
     fn is_published(&self, grouped: &BTreeSet<Id>, id: Id) -> bool {
         let model = self.context.model;
         let is_data = model.declaration(id).kind == K::Data;
@@ -183,14 +185,14 @@ impl Graph<'_, '_> {
     }
 }
 
-/// The names that cross the boundary of a group.
+/// The references that cross the boundary of a group of passes, and the edits that adapt them.
 #[derive(Default)]
 struct Boundary {
-    /// The inputs, and what they are outside.
+    /// The references to resources and data outside the group, by the name of the subgraph's input.
     inputs: BTreeMap<String, String>,
-    /// The passes after which the group runs.
+    /// The names of the passes after which the group runs.
     after: BTreeSet<String>,
-    /// The edits of names.
+    /// The edits that adapt references, by file.
     edits: BTreeMap<crate::graph::source::FileId, Vec<Edit>>,
 }
 

@@ -34,75 +34,79 @@ use graph::Graph;
 pub use pass::Written;
 pub use slots::Slot;
 
-/// A change of a graph. Names of passes are those of the text, or of parts of them.
+/// A change of a pipeline's pass graph. The name of a loop round (`down.1`) or of a pass in a subgraph (`soft.up`)
+/// means the pass that the file declares (`down`, `soft`).
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Change {
-    /// Has a pass use another resource or published data in one of its slots.
+    /// Connects a slot of a pass to another resource or to published data.
     Connect {
-        /// The pass.
+        /// The name of the pass.
         pass: String,
-        /// The keys of [`Slot::keys`].
+        /// The keys of the slot, as in [`Slot::keys`].
         slot: Vec<String>,
-        /// The reference, such as `&maps@blur`.
+        /// The reference to the resource or data, such as `&maps@blur`.
         to: String,
     },
-    /// Gives a pass or a resource another name, wherever it is used.
+    /// Renames a pass or a resource, and all its uses.
     Rename {
-        /// The name until now.
+        /// The current name.
         from: String,
         /// The new name.
         to: String,
     },
     /// Switches a pass on or off by its key `when`.
     Switch {
-        /// The pass.
+        /// The name of the pass.
         pass: String,
         /// `true` to switch the pass on, `false` to switch it off.
         on: bool,
     },
-    /// Removes a pass, and its name from the lists `after` and `before` of others.
+    /// Removes a pass. Also removes its name from the lists `after` and `before` of other passes.
     Remove {
-        /// The pass.
+        /// The name of the pass.
         pass: String,
     },
-    /// Moves a pass in the text before another one, or after all.
+    /// Moves a pass within its file, before another pass or to the end of the passes.
     Move {
-        /// The pass.
+        /// The name of the pass to move.
         pass: String,
-        /// The pass before which it goes; `None` moves it to the end.
+        /// The name of the pass before which it is placed; `None` moves it to the end.
         before: Option<String>,
     },
-    /// Adds a pass, of a node kind or as a use of a subgraph.
+    /// Adds a pass, which is a node of a given kind or a use of a subgraph.
     Add {
-        /// The node kind, the name of a subgraph, or the path of a file that is one.
+        /// The node kind, the name of a subgraph, or the path of a subgraph file.
         kind: String,
-        /// The pass after which the new one is written; `None` appends it at the end.
+        /// The name of the pass after which the new one is written; `None` appends it at the end.
         after: Option<String>,
     },
-    /// Adds a texture or a buffer.
+    /// Adds a new texture or buffer.
     Declare {
-        /// The resource whose format and size are copied; `None` declares a texture as large as the frame.
+        /// The name of the resource whose format, size and other settings are copied. `None` declares an `rgba8unorm`
+        /// texture of the viewport's size.
         like: Option<String>,
     },
-    /// Removes a resource that nothing uses.
+    /// Removes the declaration of a resource that nothing uses.
     Forget {
-        /// The resource.
+        /// The name of the resource.
         resource: String,
     },
-    /// Makes passes a subgraph of the pipeline, and puts a use of it in their place.
+    /// Moves passes into a new subgraph of the pipeline, and adds a pass that uses the subgraph in their place.
     Group {
-        /// The passes.
+        /// The names of the passes.
         passes: Vec<String>,
-        /// The name of the subgraph and of its use.
+        /// The name of the subgraph, and of the pass that uses it.
         name: String,
     },
 }
 
 impl Session {
-    /// Makes a change of the graph of a pipeline; nothing where its files are not understood at all.
+    /// Returns the edits that make a change of a pipeline's pass graph, without applying them. Returns `None` if the
+    /// pipeline's file cannot be read.
     ///
     /// # Errors
-    /// [`Cancel::set`](crate::Cancel::set). Within the answer: a change that cannot be made.
+    /// Returns [`Cancelled`] after [`Cancel::set`](crate::Cancel::set). The inner result is an error if the change
+    /// cannot be made.
     pub fn change(
         &mut self,
         target: &Target,
@@ -131,25 +135,27 @@ impl Session {
         })
     }
 
-    /// The places of a pass that refer to resources, or can.
+    /// Returns the places in a pass that refer to resources or published data, or can. Empty if the pass does not exist
+    /// or the pipeline's file cannot be read.
     ///
     /// # Errors
-    /// [`Cancel::set`](crate::Cancel::set).
+    /// Returns [`Cancelled`] after [`Cancel::set`](crate::Cancel::set).
     pub fn slots(&mut self, target: &Target, choice: &Choice, pass: &str) -> Result<Vec<Slot>, Cancelled> {
         let cursor = Cursor { target, choice, path: &target.path, offset: 0 };
         Ok(self.around(&cursor, |context| Some(Graph { context }.slots(pass)))?.unwrap_or_default())
     }
 
-    /// The passes of a pipeline's text.
+    /// Returns the passes that the pipeline's files declare, before loops and subgraphs are expanded. Empty if the
+    /// pipeline's file cannot be read.
     ///
     /// # Errors
-    /// [`Cancel::set`](crate::Cancel::set).
+    /// Returns [`Cancelled`] after [`Cancel::set`](crate::Cancel::set).
     pub fn written(&mut self, target: &Target, choice: &Choice) -> Result<Vec<Written>, Cancelled> {
         let cursor = Cursor { target, choice, path: &target.path, offset: 0 };
         Ok(self.around(&cursor, |context| Some(Graph { context }.written()))?.unwrap_or_default())
     }
 
-    /// The names of the inputs of a file that is a subgraph.
+    /// Returns the names of the inputs of a subgraph file; `None` if the file cannot be read or is not a subgraph.
     fn inputs_of(&mut self, path: &Path) -> Option<Vec<String>> {
         let (_, document) = self.parsed(path)?;
         let is_subgraph = kind_of(&document) == Some(FileKind::Subgraph);

@@ -12,22 +12,22 @@ use crate::graph::edit::{Edits, Item};
 use crate::graph::model::{DeclarationKind, Text};
 use crate::graph::source::{FileId, Span};
 
-/// A pass of a pipeline's text.
+/// A pass as the files of a pipeline declare it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Written {
-    /// The name.
+    /// The name of the pass.
     pub name: String,
-    /// The node kind, or `use`.
+    /// The node kind, or `use` for a pass that uses a subgraph.
     pub kind: String,
-    /// The description.
+    /// The description in the file; `None` if there is none.
     pub description: Option<String>,
-    /// Whether it is in the pipeline with the chosen values.
+    /// Whether the pipeline contains the pass with the chosen values; `true` if errors prevent loading the pipeline.
     pub is_on: bool,
-    /// The place of the name.
+    /// The source range of the name in its declaration.
     pub place: Span,
 }
 
-/// The text around a condition that is switched off.
+/// The strings that switching off a pass puts before and after its condition.
 const OFF: [&str; 2] = ["=false && (", ")"];
 
 impl Graph<'_, '_> {
@@ -148,7 +148,7 @@ impl Graph<'_, '_> {
     }
 }
 
-/// The draft of a file among several.
+/// Returns the draft of a file among `drafts`; creates the draft if it is missing.
 pub(super) fn draft_of<'d>(
     drafts: &'d mut BTreeMap<FileId, (String, Draft)>,
     graph: &Graph<'_, '_>,

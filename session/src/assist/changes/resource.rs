@@ -12,7 +12,7 @@ use super::graph::{Graph, one};
 use crate::graph::edit::Item;
 use crate::graph::model::{DeclarationKind, Id};
 
-/// Keys that say what a resource is for, whose it is and how long it lives.
+/// The keys of a resource that are not copied to a new resource, such as its purpose and lifetime.
 const OWN: [&str; 5] = ["description", "lifetime", "frames", "initial", "exposed"];
 
 impl Graph<'_, '_> {
@@ -52,7 +52,7 @@ impl Graph<'_, '_> {
         Ok(one(file, draft))
     }
 
-    /// The names of the passes and other declarations that name a resource.
+    /// Returns the names of the passes and other declarations that refer to a resource.
     fn users(&self, resource: Id) -> BTreeSet<String> {
         let model = self.context.model;
         let texts = model.texts().iter().filter(|text| model.named_in(text).any(|named| named == resource));

@@ -14,24 +14,25 @@ use crate::graph::expression::{Expression, ExpressionKind};
 use crate::graph::language::node_kind;
 use crate::graph::model::{Content, DeclarationKind, Id, Text};
 
-/// The group of the bindings that a pass fills; those below are of its views, those above of the host.
+/// The index of the bind group whose bindings a pass sets. Lower groups belong to views, higher groups to the host.
 const PASS_GROUP: u32 = 1;
 
-/// A place in a pass that refers to a resource or to published data, or that can.
+/// A place in a pass that holds, or can hold, a reference to a resource or to published data.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Slot {
-    /// The keys that lead to the slot from the pass.
+    /// The object keys and array indices that lead from the pass to the slot.
     pub keys: Vec<String>,
-    /// The display name: the binding, the attachment or the input.
+    /// The display name: the name of the binding, attachment or input, such as `color 0`.
     pub label: String,
-    /// The current reference; `None` for an empty slot.
+    /// The current reference or expression, as written in the file; `None` for an empty slot.
     pub value: Option<String>,
-    /// The reason why no other resource can be connected; `None` if one can.
+    /// The reason why the slot cannot be connected to another resource; `None` if it can.
     pub refused: Option<String>,
 }
 
 impl Graph<'_, '_> {
-    /// The slots of a pass: those that are written, then bindings and inputs that have no value, then a new attachment.
+    /// Returns the slots of a pass: first those with references, then bindings and inputs without a value, then a new
+    /// color attachment. Empty if there is no such pass.
     pub(super) fn slots(&self, pass: &str) -> Vec<Slot> {
         let Ok((id, pass)) = self.pass(pass) else { return Vec::new() };
         let mut slots: Vec<Slot> = self
@@ -58,7 +59,8 @@ impl Graph<'_, '_> {
         slots
     }
 
-    /// The strings of a pass that are references, or choose among some.
+    /// Returns the strings of a pass that contain references, outside of `passthrough`. A string may be an expression
+    /// that selects one of several references.
     fn references(&self, id: Id) -> impl Iterator<Item = &Text> {
         self.context.model.texts_in(id).filter(|text| match &text.content {
             Content::Expression(expression) => {
@@ -70,7 +72,8 @@ impl Graph<'_, '_> {
         })
     }
 
-    /// The keys of bindings, inputs and attachments that a pass does not write.
+    /// Returns the keys of bindings and inputs without a value, and of a further color attachment if the node kind has
+    /// them.
     fn free(&self, id: Id, pass: &PassAt<'_>) -> Vec<Vec<String>> {
         let owned = |keys: &[&str]| keys.iter().map(|key| (*key).to_owned()).collect::<Vec<_>>();
         let mut free = Vec::new();
@@ -140,13 +143,13 @@ impl Graph<'_, '_> {
     }
 }
 
-/// Whether a string is a reference, and nothing else.
+/// Returns `true` if a string is a single reference, and not another expression that contains references.
 fn is_reference(text: Option<&Text>) -> bool {
     let expression = text.and_then(|text| text.content.expression());
     matches!(expression, Some(Expression { kind: ExpressionKind::Reference(_), .. }))
 }
 
-/// The name of a slot: `source`, `color 0`, `depth`, `from`.
+/// Returns the display name of a slot, such as `source`, `color 0`, `depth` or `from`.
 fn label(keys: &[String]) -> String {
     let is_said =
         |key: &&String| !matches!(key.as_str(), "bind" | "with" | "to" | "name" | "texture" | "buffer");

@@ -52,8 +52,8 @@ pub type ValuesBind = BTreeMap<String, Expr>;
 pub struct BlockBind {
     /// Expressions by the names of members.
     pub values: ValuesBind,
-    /// The first bytes of members, by name (unit: bytes). If the shader has a member elsewhere, the diagnostic names
-    /// the "@size" that moves it.
+    /// The byte offsets of members, by name (unit: bytes). If the shader has a member at another offset, the diagnostic
+    /// names the "@size" that moves the member.
     pub offsets: BTreeMap<String, u32>,
 }
 
@@ -61,7 +61,7 @@ pub struct BlockBind {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DataBind {
-    /// The blackboard data.
+    /// The blackboard data: a reference.
     pub name: Ref,
     /// Expressions by the names of members; they take precedence over values that the data publishes.
     #[serde(default)]
@@ -77,12 +77,13 @@ pub struct TextureBind {
     /// The subresource range.
     #[serde(flatten)]
     pub range: SubresourceRangeSettings,
-    /// The format in which the shader reads the texture, if not the texture's own: the same with or without "-srgb".
+    /// The format in which the shader reads the texture: the texture's format with or without "-srgb". By default the
+    /// texture's own format.
     pub format: Option<String>,
-    /// The view dimension; without it, the one that the shader declares.
+    /// The view dimension; by default the one that the shader declares.
     pub view_dimension: Option<TextureShape>,
-    /// The need of a written texture for earlier contents: "discard" if the shader writes all texels. Without it, a
-    /// texture that is only written may be written in part.
+    /// The need of a written texture for earlier contents: "discard" if the shader writes all texels. By default,
+    /// texels that the shader does not write keep their contents.
     pub contents: Option<Word<Contents>>,
 }
 
@@ -90,7 +91,7 @@ pub struct TextureBind {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Contents {
-    /// Earlier contents are kept where nothing is written.
+    /// Earlier contents are kept where the access does not write.
     Load,
     /// All of the contents are written; earlier contents are not needed.
     Discard,
@@ -102,12 +103,12 @@ pub enum Contents {
 pub struct BufferBind {
     /// The buffer: a reference.
     pub name: Ref,
-    /// The first byte of the range (unit: bytes); 0 without it.
+    /// The first byte of the range (unit: bytes); 0 by default.
     pub offset: Option<Expr>,
-    /// The size of the range (unit: bytes); all of the buffer without it.
+    /// The size of the range (unit: bytes); all of the buffer by default.
     pub size: Option<Expr>,
-    /// The need of a written buffer for earlier contents: "load" without it, "discard" if the shader writes all bytes
-    /// and reads none before.
+    /// The need of a written buffer for earlier contents: "load" by default, "discard" if the shader writes all bytes
+    /// before it reads any.
     pub contents: Option<Word<Contents>>,
 }
 
@@ -115,22 +116,22 @@ pub struct BufferBind {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SamplerBind {
-    /// The filter between texels; without it "linear", or "nearest" for a non-filtering sampler.
+    /// The filter between texels; by default "linear", or "nearest" for a non-filtering sampler.
     pub filter: Option<Word<Filter>>,
-    /// The address mode; "clamp-to-edge" without it.
+    /// The address mode for coordinates outside of the texture; "clamp-to-edge" by default.
     pub address: Option<Word<Address>>,
     /// For a comparison sampler: the comparison of reference values with texels.
     pub compare: Option<Word<Compare>>,
-    /// The maximum anisotropy (1 to 16): samples of a texture that is viewed at a slant; 1 without it.
+    /// The maximum anisotropy (1 to 16): the number of samples of a texture that is viewed at a slant; 1 by default.
     pub max_anisotropy: Option<Expr>,
-    /// The minimum level of detail (unit: mip levels); 0 without it.
+    /// The minimum level of detail (unit: mip levels); 0 by default.
     pub lod_min_clamp: Option<Expr>,
-    /// The maximum level of detail (unit: mip levels); 32 without it.
+    /// The maximum level of detail (unit: mip levels); 32 by default.
     pub lod_max_clamp: Option<Expr>,
 }
 
 /// Returns the layout of blackboard data, or of the view, in the block that a slot binds it to. An error lists the
-/// members that do not fit. `None` if the slot binds neither, or if the data is not published.
+/// members that do not fit. `None` if the slot binds no data and no view, or if the data is not published.
 pub(crate) fn block_layout(
     program: &Program,
     slot: &BoundSlot,
@@ -150,7 +151,7 @@ pub(crate) fn block_layout(
 
 impl TypedPipeline {
     /// Returns the layout of blackboard data, or of the view, in the block that a slot binds it to. `None` if the slot
-    /// binds neither, or if a member does not fit.
+    /// binds no data and no view, or if a member does not fit.
     pub fn block_layout(&self, program: &Program, slot: &BoundSlot) -> Option<BlockLayout> {
         block_layout(program, slot, &self.resources)?.ok()
     }
@@ -245,8 +246,8 @@ fn flattened(members: &[Member]) -> Vec<Member> {
     all
 }
 
-/// Returns the runs of 32-bit words that copy a value to a member at a byte offset: first word, number of words and
-/// byte offset of each run. `None` if the types do not fit.
+/// Returns the runs of 32-bit words that copy a value to a block member at a byte offset. Each run has its first word
+/// in the value, its number of words and its byte offset in the block. `None` if the types do not fit.
 pub fn member_runs(layout: &TypeLayout, value: ValueType, offset: u32) -> Option<Vec<(u32, u32, u32)>> {
     let mut runs = Vec::new();
     if let TypeLayout::Array { element, count, stride } = layout {

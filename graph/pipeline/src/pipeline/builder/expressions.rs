@@ -74,7 +74,8 @@ impl PassBuilder<'_> {
         Some(Live { value, setting })
     }
 
-    /// Evaluates settings as structural, also within [`Self::live`]: a change of their values needs a new plan.
+    /// Evaluates settings as structural, also within [`Self::live`]: a change of the parameters that they use then
+    /// needs a new plan.
     pub fn structural<T>(&mut self, evaluate: impl FnOnce(&mut Self) -> T) -> T {
         let outer = std::mem::take(&mut self.is_live);
         let result = evaluate(self);
@@ -82,7 +83,8 @@ impl PassBuilder<'_> {
         result
     }
 
-    /// Parses an expression that may name resource sizes; it is evaluated once these are known.
+    /// Parses an expression that may name resource sizes, for evaluation once these are known; returns `None` after a
+    /// diagnostic.
     pub fn deferred(&mut self, expr: &Expr, pointer: &str) -> Option<Deferred> {
         let parsed = self.parse(expr).and_then(|expression| {
             self.environment.check_words(&expression, &self.shared.scope)?;
@@ -130,7 +132,7 @@ impl PassBuilder<'_> {
         self.environment.evaluate(expression, &|name| shared.find(name).is_some(), &shared.scope)
     }
 
-    /// Rewrites an expression to names outside of subgraphs. Names that follow from live parameters stay names.
+    /// Rewrites an expression to names outside of subgraphs. Names whose values depend on parameters stay names.
     fn closed(&self, expression: &Expression) -> Expression {
         self.environment.close_live(expression, &|name| self.shared.find(name).is_some())
     }
@@ -151,7 +153,8 @@ impl PassBuilder<'_> {
         self.live.len() - 1
     }
 
-    /// Marks the parameters that an expression depends on as structural, because of the setting at `pointer`.
+    /// Marks the parameters that an expression depends on as structural, because of the setting at `pointer`. A change
+    /// of them then needs a new plan.
     pub(super) fn fix(&mut self, expression: &Expression, pointer: &str) {
         let (settings, above) = (self.settings, &self.pointer);
         let at = || Structural { place: settings.nearest(pointer).span, pointer: [above, pointer].concat() };
@@ -192,8 +195,7 @@ impl PassBuilder<'_> {
 }
 
 impl PassBuilder<'_> {
-    /// Reports a name that is an input of a subgraph and stands for no resource. Returns `true` if the name is such an
-    /// input.
+    /// Reports an input of a subgraph whose argument names no resource. Returns `true` if `name` was reported.
     pub(super) fn report_argument_error(&mut self, name: &str) -> bool {
         let resources = self.shared.resources.iter().map(|resource| resource.name.as_str());
         let diagnostic = self.environment.argument_error(name, resources);

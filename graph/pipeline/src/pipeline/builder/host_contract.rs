@@ -113,7 +113,8 @@ fn binding_misfits(geometry: &str, contract: &GeometryDeclaration, program: &Pro
 
 type Members<'a> = (&'a std::collections::BTreeMap<String, String>, &'a [Member]);
 
-/// The provided and the wanted members, if both are of a block or both of an array's element; `None` otherwise.
+/// The members that the host provides and the members that the shader declares, of a uniform block or of an array's
+/// element. `None` if the host provides another kind of binding than the shader declares.
 fn members_of<'a>(provided: &'a HostBinding, layout: &'a TypeLayout) -> Option<Members<'a>> {
     match (provided, layout) {
         (HostBinding::Block(members), TypeLayout::Struct { members: wanted, .. }) => Some((members, wanted)),

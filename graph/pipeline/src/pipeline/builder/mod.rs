@@ -40,7 +40,7 @@ pub struct PassBuilder<'a> {
     pub(crate) open_axes: BTreeSet<String>,
     /// Whether the settings that are evaluated now are live settings of a CPU node.
     pub(crate) is_live: bool,
-    /// The live settings so far.
+    /// The settings evaluated so far that are evaluated again when a live parameter changes.
     pub(crate) live: Vec<LiveSetting>,
 }
 
@@ -59,8 +59,9 @@ impl PassBuilder<'_> {
         self.settings.nearest(pointer).span
     }
 
-    /// Reports a name that is not among `known`, as the value of a setting or as a key of an object. The help suggests
-    /// a similar name, or else is `otherwise`. A suggestion is also a fix if the name is written literally.
+    /// Reports a name that is not among `known`, as the value of a setting or as a key of an object. The help text
+    /// suggests a similar name, or else is the result of `otherwise`. A suggestion is also a fix if the name is written
+    /// literally.
     pub(crate) fn report_unknown(
         &mut self,
         code: Code,
@@ -128,7 +129,8 @@ impl PassBuilder<'_> {
         None
     }
 
-    /// Reports a draw filter that the host of a geometry does not know, if that host lists its filters.
+    /// Reports a draw filter that is not in the list of filters of the geometry's host. Does nothing if the host has no
+    /// list.
     pub fn filter(&mut self, geometry: &str, name: &str, pointer: &str) {
         let Some(known) = self.shared.filters.get(geometry).cloned() else { return };
         if known.iter().any(|filter| filter == name) {

@@ -21,8 +21,9 @@ impl PassBuilder<'_> {
     }
 
     /// Returns the program of a template, or `None` after a diagnostic. An axis takes its value from `axes`, else from
-    /// the feature or parameter of the same name, else its default. `geometry` names the contract whose mesh properties
-    /// are axes too. `entry_points` names the entry point of each stage that has several.
+    /// the feature or parameter of the same name, else its default. Mesh properties of the geometry contract `geometry`
+    /// select variants, where the template has axes of their names. `entry_points` names the entry point of each stage
+    /// that has several.
     pub fn program(
         &mut self,
         template: &str,
@@ -114,8 +115,8 @@ impl PassBuilder<'_> {
         Some(program)
     }
 
-    /// The axis values of a program that are the same in every configuration: literals in the pass, and defaults of
-    /// axes that neither the pass nor the pipeline sets.
+    /// The axis values of a program that are the same in every configuration. These are literals in the pass, and
+    /// defaults of axes that neither the pass nor the pipeline sets.
     pub(super) fn fixed_axes(&self, program: &Program) -> AxisValues {
         let known = self.shared.programs.shaders.templates().axes(&program.template);
         let mut values = known.map(Axes::defaults).unwrap_or_default();

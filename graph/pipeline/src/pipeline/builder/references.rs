@@ -97,7 +97,7 @@ impl PassBuilder<'_> {
         found.map_err(|error| self.expression_error(&error, pointer)).ok()
     }
 
-    /// Resolves a reference to a whole buffer; returns `None` after a diagnostic.
+    /// Resolves a reference to all bytes of a buffer; returns `None` after a diagnostic.
     pub fn buffer(&mut self, reference: &Ref, pointer: &str) -> Option<Subresource> {
         self.buffer_named(reference, SubresourceRange::WHOLE, pointer)
     }

@@ -73,8 +73,9 @@ impl PassBuilder<'_> {
         fine.then_some(slots)
     }
 
-    /// Returns `true` if another variant that this pipeline reaches has the binding, or the member of a block, which is
-    /// then merely unused here. Otherwise reports an unknown binding; `names` are the existing ones.
+    /// Returns `true` if another variant that this pipeline reaches declares the binding, or the member of its block.
+    /// Otherwise reports an unknown binding or member. `names` lists the existing bindings or members, for the help
+    /// text.
     pub(super) fn is_of_another_variant(
         &mut self,
         program: &Program,
@@ -286,7 +287,8 @@ impl PassBuilder<'_> {
 }
 
 impl PassBuilder<'_> {
-    /// The usage of a storage binding with its setting "contents"; returns `None` after a diagnostic.
+    /// Returns the usage of a storage binding with its setting "contents", if that is present; `None` after a
+    /// diagnostic.
     fn written(&mut self, usage: Usage, contents: Option<&Word<Contents>>, at: &str) -> Option<Usage> {
         let Some(word) = contents else { return Some(usage) };
         let at = format!("{at}/contents");

@@ -37,18 +37,18 @@ pub enum Face {
 /// The settings of a subresource range of a texture.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 pub struct SubresourceRangeSettings {
-    /// The first mip level of a texture. Without it, a binding has all levels, and a copy has the first.
+    /// The first mip level of a texture. By default, a binding has all levels, and a copy has the first level.
     pub mip: Option<Expr>,
-    /// The number of mip levels from "mip" on; 1 without it.
+    /// The number of mip levels from "mip" on; 1 by default.
     pub mips: Option<Expr>,
     /// The first layer of a texture, or the first slice of a volume; with "face", the index of the cube. By default the
     /// range has all layers or slices.
     pub layer: Option<Expr>,
-    /// The number of layers or slices from "layer" on; 1 without it, if "layer" is set.
+    /// The number of layers or slices from "layer" on; 1 by default, if "layer" is set.
     pub layers: Option<Expr>,
     /// One face of a cube texture.
     pub face: Option<Word<Face>>,
-    /// The aspect of a texture that has depth and stencil; without it, a shader reads the depth.
+    /// The aspect of a texture that has depth and stencil; by default, a shader reads the depth.
     pub aspect: Option<Word<Aspect>>,
 }
 

@@ -10,16 +10,16 @@ use umbragraph_shaders::VertexInput;
 use umbragraph_text::diagnostic::{codes, list_of};
 
 impl PassBuilder<'_> {
-    /// The vertex inputs of a program's plain variant, with their shader locations.
+    /// The vertex inputs of a program's variant without mesh properties, with their shader locations.
     pub fn vertex_inputs(&self, program: ProgramHandle) -> Vec<VertexInput> {
         let variant = self.shared.programs.list[program.index()].variants.first();
         variant.map(|variant| variant.vertex_inputs().to_vec()).unwrap_or_default()
     }
 
     /// Checks the vertex attributes of one buffer, each given as name, vertex format and byte offset. An attribute
-    /// without an offset follows those before it. Returns the attributes and the number of bytes up to the end of the
-    /// last. Returns `None` after a diagnostic: a name that the shader does not read, or a format that does not fit.
-    /// `pointer` is that of the list.
+    /// without an offset begins where the attributes before it end. Returns the attributes and the byte offset at which
+    /// the last one ends. Returns `None` after a diagnostic for an unknown name, or for an invalid format or offset.
+    /// `pointer` is the JSON pointer of the list of attributes.
     pub fn vertex_attributes(
         &mut self,
         program: ProgramHandle,

@@ -46,7 +46,7 @@ pub(super) struct Expander<'a, 's> {
     pub(super) instances: Vec<Instance<'a>>,
     /// The uses of subgraphs that have a passthrough.
     pub(super) passthroughs: Vec<Instance<'a>>,
-    /// The uses of subgraphs, and loops without a round, whose `after` names passes.
+    /// The uses of subgraphs, and the loops with zero iterations, that have an `after` setting.
     pub(super) waiting: Vec<Instance<'a>>,
     /// The passes that could not be expanded, by name.
     pub(super) gaps: Vec<(String, &'a Entry)>,
@@ -57,7 +57,7 @@ pub(super) struct Expander<'a, 's> {
     parameters: HashMap<*const Entry, Option<Rc<ParameterDeclaration>>>,
     /// The subgraphs that are being expanded, the outermost first.
     open: Vec<String>,
-    /// The names of uses of subgraphs that are switched off, and of loops without a round.
+    /// The names of uses of subgraphs that are switched off, and of loops with zero iterations.
     pub(super) absent: BTreeSet<String>,
 }
 
@@ -161,7 +161,7 @@ impl<'a, 's> Expander<'a, 's> {
         }
     }
 
-    /// Returns the variable of a loop, and its value in each round.
+    /// Returns the variable of a loop, and its value in each iteration.
     fn rounds(
         &mut self,
         rounds: &'a document::Value,
@@ -285,7 +285,8 @@ impl<'a, 's> Expander<'a, 's> {
         Ok(())
     }
 
-    /// Records that a loop has no round, or that a use of a subgraph is switched off; `key` is the deciding key.
+    /// Records that a loop has zero iterations, or that a use of a subgraph is switched off. `key` is the deciding key,
+    /// `for_each` or `when`.
     fn switch_off(&mut self, pass: &Instance<'a>, key: &str, is_top: bool) {
         self.wait(pass);
         self.absent.insert(pass.name.clone());
@@ -301,7 +302,8 @@ impl<'a, 's> Expander<'a, 's> {
         }
     }
 
-    /// Stops the expansion at the maximum number of passes, resources or uses; reports it once.
+    /// Stops the expansion at the maximum number of passes, resources or uses of subgraphs. Only the first call reports
+    /// this.
     fn too_many(&mut self, entry: &Entry, pointer: &str) {
         if std::mem::replace(&mut self.full, true) {
             return;
@@ -318,7 +320,8 @@ impl<'a, 's> Expander<'a, 's> {
         self.gaps.push((pass.name.clone(), pass.entry));
     }
 
-    /// Evaluates an expression that decides which passes exist, and marks its parameters as structural.
+    /// Evaluates an expression that decides which passes exist. A change of the parameters that it uses then needs a
+    /// new plan.
     fn structural(
         &mut self,
         value: &document::Value,
@@ -329,7 +332,7 @@ impl<'a, 's> Expander<'a, 's> {
         self.evaluate(value, pointer, environment)
     }
 
-    /// Marks the parameters on which an expression depends as structural.
+    /// Marks the parameters on which an expression depends as structural: a change of them then needs a new plan.
     fn settle(&mut self, value: &document::Value, pointer: &str, environment: &Environment) {
         if let Ok(expression) = Expr(value.to_json()).parse() {
             let at = || Structural { place: value.span, pointer: pointer.to_owned() };

@@ -75,7 +75,7 @@ impl<'a> Expander<'a, '_> {
         fine.then_some(inner)
     }
 
-    /// Resolves the argument of an input to the resource that the input stands for.
+    /// Resolves the argument of a subgraph's input to a resource.
     fn input(
         &mut self,
         name: &str,
@@ -189,7 +189,7 @@ impl<'a> Expander<'a, '_> {
         broken.is_empty()
     }
 
-    /// Records a local that depends on parameters of the pipeline, so that it is evaluated again when they change.
+    /// Records a local that depends on parameters of the pipeline, for evaluation when these parameters change.
     fn follow(
         &mut self,
         inner: &mut Environment,

@@ -21,8 +21,8 @@ use umbragraph_text::document::{Entry, Value};
 /// The maximum number of pairs of a pass and a pass that it must follow.
 const MAX_PAIRS: usize = 1 << 20;
 
-/// Sets for every pass the passes that it must follow. Reports names of no pass, and passes that would follow
-/// themselves.
+/// Fills the list [`Pass::after`] of every pass. Reports names under `after` that no pass has, and passes that would
+/// follow themselves.
 pub(super) fn connect(
     waiting: &[Instance<'_>],
     passes: &mut [Pass],
@@ -157,8 +157,8 @@ fn through(
     found
 }
 
-/// The indices of the passes that a name outside of all subgraphs means: one pass, or all of a loop or of a use of a
-/// subgraph.
+/// The indices of the passes that a name outside of all subgraphs refers to. The name is of a pass, of a loop or of a
+/// use of a subgraph.
 fn members(positions: &BTreeMap<String, usize>, name: &str) -> Vec<usize> {
     if let Some(index) = positions.get(name) {
         return vec![*index];

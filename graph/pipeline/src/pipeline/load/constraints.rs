@@ -93,7 +93,7 @@ pub(super) fn check(
     all
 }
 
-/// Collects the names in an expression, and those in the expressions of derived values among them.
+/// Collects the names in an expression, and the names in the expressions of the derived values that it uses.
 fn collect(expression: &Expression, document: &Document, names: &mut BTreeSet<String>) {
     for name in expression.names() {
         let derived = document.root.get("derived").and_then(|derived| derived.get(name));

@@ -24,7 +24,7 @@ pub(super) struct Passes<'a> {
     pub(super) list: Vec<Pass>,
     /// The instances of passes after loops and subgraphs are expanded.
     pub(super) instances: Vec<Instance<'a>>,
-    /// The names of passes and uses of subgraphs that are switched off, and of loops without a round.
+    /// The names of passes and uses of subgraphs that are switched off, and of loops with zero iterations.
     pub(super) absent: BTreeSet<String>,
     /// The instances that could not be declared, with their names.
     pub(super) gaps: Vec<(String, &'a Entry)>,
@@ -38,7 +38,7 @@ pub(super) struct Passes<'a> {
 enum Outcome {
     /// The `when` condition of the pass does not hold.
     Absent,
-    /// The pass has errors, or depends on something that has.
+    /// The pass has errors, or depends on a part of the document that has errors.
     Gap,
     Sound(Produced, Vec<LiveSetting>),
 }

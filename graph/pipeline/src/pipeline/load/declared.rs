@@ -30,7 +30,7 @@ impl<'a, 'r> Declarations<'a, 'r> {
         Self { registry, passes: HashMap::new(), resources: HashMap::new() }
     }
 
-    /// Returns the declaration of a pass that fits the schema; `None` if it cannot be decoded nevertheless.
+    /// Returns the declaration of a pass that fits the schema; `None` if the pass cannot be decoded.
     pub(super) fn pass(&mut self, instance: &Instance<'a>) -> Option<Rc<Declared<'a>>> {
         let decode = || decode_pass(instance.entry, self.registry).map(Rc::new);
         if instance.environment.is_top() {

@@ -75,8 +75,8 @@ fn leads_back(passthroughs: &BTreeMap<ResourceHandle, Passthrough>, start: Resou
     std::iter::successors(next(&start), next).take(passthroughs.len()).any(|at| at == start)
 }
 
-/// Adds an access of the fallback for each read of a resource with a passthrough. Returns the accesses for which this
-/// is impossible because they are attachments, each with the resource.
+/// Adds an access of the fallback for each read of a resource with a passthrough. Attachments cannot have a fallback:
+/// these accesses are returned, each with the resource that has the passthrough.
 pub fn add_fallbacks(
     pass: &mut Pass,
     passthroughs: &BTreeMap<ResourceHandle, Passthrough>,
@@ -154,7 +154,8 @@ impl PassthroughCheck<'_> {
         pointer_join(&format!("{}/passthrough", self.declaration.pointer), &self.one.key)
     }
 
-    /// The resources that an invalid entry may concern: the named one if the passes write it, else all that they write.
+    /// The resources that an invalid entry may concern: the named resource if the passes write it, else all resources
+    /// that they write.
     fn affected(&self) -> BTreeSet<ResourceHandle> {
         let environment = &self.declaration.environment;
         let named = self.shared.find(&environment.resource(&self.one.key));
@@ -203,8 +204,8 @@ impl PassthroughCheck<'_> {
         Ok(known.then(|| (handle, outside.version.into())))
     }
 
-    /// Returns the resource of the entry and its passthrough. `None` if the entry has no effect, or if it cannot be
-    /// judged.
+    /// Returns the resource of the entry and its passthrough. `None` if the entry has no effect, or cannot be checked
+    /// because of other errors.
     fn passthrough(
         &self,
         others: &BTreeMap<ResourceHandle, Passthrough>,

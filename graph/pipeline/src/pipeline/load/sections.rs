@@ -40,8 +40,8 @@ fn with_formats(document: &Document, diagnostics: Diagnostics) -> Diagnostics {
     diagnostics.into_iter().map(named).collect()
 }
 
-/// Improves the diagnostic for a declaration without a type. In a file that extends another, this form gives a value to
-/// a known parameter, so the name may be misspelt.
+/// Improves the diagnostic for a parameter or feature without a type. In a file that extends another file, a
+/// declaration without a type changes a declaration of the other file, so the name may be misspelt.
 fn with_declared(document: &Document, diagnostic: Diagnostic) -> Diagnostic {
     let pointer = diagnostic.pointer.clone();
     let way: Vec<&str> = pointer.split('/').collect();
@@ -117,7 +117,8 @@ pub(super) fn as_suggested(document: &Document, schema_diagnostics: &Diagnostics
     Some(Document { root: document::Value { kind, ..document.root.clone() } })
 }
 
-/// Returns `true` if a diagnostic concerns a pass that is incomplete.
+/// Returns `true` if a diagnostic concerns a pass that extends missing or broken shared settings, so that the
+/// diagnostic may only follow from their error.
 pub(super) fn is_of_incomplete(document: &Document, diagnostic: &Diagnostic) -> bool {
     let ends = diagnostic.pointer.match_indices('/').map(|(at, _)| at).chain([diagnostic.pointer.len()]);
     let owners = ends.map(|end| document.root.nearest(&diagnostic.pointer[..end]));

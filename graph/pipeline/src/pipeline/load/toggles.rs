@@ -102,8 +102,8 @@ fn unknown(document: &Document, mentions: &[Mention<'_>], diagnostics: &mut Diag
     }
 }
 
-/// Returns the toggle condition of a pass: its own, or that of an enclosing use of a subgraph. Reports two different
-/// conditions, unless one has an undeclared toggle.
+/// Returns the toggle condition of a pass, from the pass or from an enclosing use of a subgraph; `None` if there is
+/// none. Reports two different conditions, unless one has an undeclared toggle.
 pub(super) fn condition(
     entry: &Entry,
     pointer: &str,

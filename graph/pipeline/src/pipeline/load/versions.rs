@@ -17,8 +17,9 @@ use umbragraph_text::expression::ExpressionKind;
 use umbragraph_text::language::{Expr, Written};
 use umbragraph_text::source::Span;
 
-/// Resolves versions that name a loop or a use of a subgraph to its last writer. This is the last round of a loop, or
-/// the pass of a use that follows all others. Reports versions without a unique last writer.
+/// Resolves versions that name a loop or a use of a subgraph to its last writer. This is the writer in the last
+/// iteration of a loop, or the writer in a subgraph that follows all other writers. Reports versions without a unique
+/// last writer.
 pub(super) fn name_last_writers(
     passes: &mut [Pass],
     passthroughs: &mut BTreeMap<ResourceHandle, Passthrough>,
@@ -114,8 +115,8 @@ fn last_writer(
     }
 }
 
-/// Reports versions that no pass writes. All resources of the passes that read such a version are added to `uncertain`,
-/// because order and contents are not known.
+/// Reports versions that no pass writes. All resources of the passes that read an unwritten version are added to
+/// `uncertain`, because order and contents are not known.
 pub(super) fn check_versions(
     passes: &[Pass],
     absent: &BTreeSet<String>,
@@ -188,7 +189,7 @@ pub(super) fn is_gap(gaps: &[(String, &Entry)], name: &str) -> bool {
     gaps.iter().any(|(gap, _)| is_of(name, gap) || is_of(gap, name))
 }
 
-/// The resources whose uses are not fully known: broken resources, and those that passes with errors mention in any
+/// The resources whose uses are not fully known: broken resources, and resources that passes with errors mention in any
 /// reference. With `unreadable`, all resources: a pass that does not fit the schema may lack the key that names a
 /// resource.
 pub(super) fn uncertain(

@@ -25,29 +25,30 @@ use umbragraph_text::expression::{
 use umbragraph_text::language::{Expr, Reference, Written};
 use umbragraph_text::source::Span;
 
-/// The prefix of a name that a subgraph file cannot see; no expression can write such a name.
+/// The prefix that marks a name as invisible to a subgraph file. Names in documents cannot contain the prefix.
 const UNSEEN: char = '^';
 
-/// The scope of names in one instance of a subgraph or one round of a loop.
+/// The scope of names in one instance of a subgraph or one iteration of a loop.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Environment {
-    /// The prefix of names outside of the subgraph: empty at the top level, else ends in a dot.
+    /// The prefix that names of the subgraph have outside of it: empty at the top level, else ends in a dot.
     pub(crate) prefix: String,
     /// Whether this is a subgraph in a file of its own, which sees only its own names and arguments.
     pub(crate) is_file: bool,
-    /// Parameters and derived values of the subgraph, and variables of loops.
+    /// The values of parameters and derived values of the subgraph, and of variables of loops, by name.
     pub(crate) locals: BTreeMap<String, Value>,
-    /// Locals whose values follow from parameters of the pipeline, with their internal names outside of the subgraph.
+    /// The internal names, outside of the subgraph, of locals whose values depend on parameters of the pipeline.
     pub(crate) following: BTreeMap<String, String>,
-    /// The allowed words of parameters that are enumerations.
+    /// The allowed words of locals that are enumerations, by name.
     pub(crate) words: BTreeMap<String, Vec<String>>,
     /// The inputs of the subgraph, by name.
     pub(crate) inputs: BTreeMap<String, Input>,
     /// The places where the enclosing subgraphs are used, the innermost first.
     pub(crate) used_at: Vec<Span>,
-    /// The toggles of the enclosing uses of subgraphs, as they are written.
+    /// The toggle conditions of the enclosing uses of subgraphs, as written: `bloom` or `!bloom`.
     pub(crate) toggles: Vec<String>,
-    /// Whether an enclosing use of a subgraph has a side effect, which keeps its passes.
+    /// Whether an enclosing use of a subgraph has a side effect, so that its passes are kept even if nothing reads
+    /// their outputs.
     pub(crate) side_effect: bool,
 }
 
@@ -56,8 +57,8 @@ pub struct Environment {
 pub(crate) struct Input {
     /// The resource that the user of the subgraph passes.
     pub(crate) reference: Reference,
-    /// The resource as the user wrote it. For an input that is passed through several subgraphs, this is the outermost
-    /// user's text.
+    /// The argument as the user of the subgraph wrote it. For an input that is passed through several subgraphs, the
+    /// argument of the outermost use.
     pub(crate) given: Given,
 }
 
@@ -72,7 +73,7 @@ pub(crate) struct Given {
     pub(crate) place: Span,
     /// The JSON pointer of the text.
     pub(crate) pointer: String,
-    /// The scope of names at that place.
+    /// The scope of names at the place of the argument.
     pub(crate) environment: Arc<Environment>,
 }
 
@@ -92,7 +93,7 @@ impl Environment {
         self.prefix.is_empty() && self.locals.is_empty()
     }
 
-    /// The name outside of the subgraph of a resource or of blackboard data.
+    /// Returns the name that a resource or blackboard data of the subgraph has outside of it.
     pub(crate) fn resource<'a>(&'a self, name: &'a str) -> Cow<'a, str> {
         match self.inputs.get(name) {
             Some(input) => input.reference.resource.as_str().into(),
@@ -101,8 +102,8 @@ impl Environment {
         }
     }
 
-    /// Converts a reference to names outside of the subgraph. The frames that it goes back are added to those of an
-    /// input of that name.
+    /// Converts a reference to names outside of the subgraph. For an input, the frames that its argument goes back are
+    /// added to the frames that the reference goes back.
     pub(crate) fn reference(&self, reference: &Reference) -> Reference {
         let input = self.inputs.get(&reference.resource).map(|input| &input.reference);
         let version = match reference.version.as_deref() {
@@ -114,12 +115,13 @@ impl Environment {
         Reference { resource: self.resource(&reference.resource).into_owned(), version, back }
     }
 
-    /// The name of a pass outside of the subgraph.
+    /// Returns the name that a pass of the subgraph has outside of it.
     pub(crate) fn pass(&self, name: &str) -> String {
         [self.prefix.as_str(), name].concat()
     }
 
-    /// The name inside the subgraph of a resource given by its name outside; `None` if it cannot be named.
+    /// Returns the name that a resource has inside the subgraph, given its name outside. `None` if the subgraph cannot
+    /// name the resource.
     pub(crate) fn resource_inside<'a>(&'a self, outside: &'a str) -> Option<&'a str> {
         let is_it = |(_, input): &(&String, &Input)| input.reference.resource == outside;
         match self.inputs.iter().find(is_it) {
@@ -128,14 +130,14 @@ impl Environment {
         }
     }
 
-    /// The name inside the subgraph of a pass given by its name outside; `None` if the pass is not part of the
-    /// subgraph.
+    /// Returns the name that a pass has inside the subgraph, given its name outside. `None` if the pass is not part of
+    /// the subgraph.
     pub(crate) fn pass_inside<'a>(&self, outside: &'a str) -> Option<&'a str> {
         outside.strip_prefix(&self.prefix)
     }
 
-    /// Adds the names that are visible here to the suggestions of an error about an unknown name. `outside` are the
-    /// names of all resources.
+    /// Adds the names that are visible in this scope to the suggestions of an error about an unknown name. `outside`
+    /// are the names of all resources.
     pub fn widen<'a>(&self, error: &mut ExpressionError, outside: impl Iterator<Item = &'a str> + Clone) {
         let Some(unknown) = error.unknown.as_mut().filter(|unknown| !unknown.is_complete) else { return };
         if let Some(name) = unknown.name.strip_prefix(UNSEEN).map(str::to_owned) {
@@ -161,8 +163,8 @@ impl Environment {
         unknown.known.extend(outside.filter_map(|name| self.resource_inside(name).map(str::to_owned)));
     }
 
-    /// The diagnostic for an input that stands for no resource, placed at the user's argument. `outside` are the names
-    /// of all resources. `None` if the name is not an input, or stands for a resource.
+    /// Returns the diagnostic for an input whose argument names no resource, placed at the argument. `outside` are the
+    /// names of all resources. `None` if `name` is not an input, or if the argument names a resource.
     pub fn argument_error<'a>(
         &self,
         name: &str,
@@ -184,8 +186,8 @@ impl Environment {
         Some(environment.told(diagnostic))
     }
 
-    /// Evaluates an expression that is written in this scope. `is_resource` returns `true` if a name outside is a
-    /// resource.
+    /// Evaluates an expression that is written in this scope. `is_resource` returns `true` if a name outside of the
+    /// subgraph is a resource.
     ///
     /// # Errors
     /// Returns the first error, with names as they are outside of the subgraph.
@@ -204,11 +206,10 @@ impl Environment {
             .or_else(|_| expression::evaluate(&self.close(expression, is_resource), scope))
     }
 
-    /// Checks that the texts that an expression compares with enumerations are words of these enumerations. The
-    /// expression is written in this scope.
+    /// Checks the string literals that an expression of this scope compares with enumerations.
     ///
     /// # Errors
-    /// Returns an error for the first text that is not such a word.
+    /// Returns an error for the first literal that is not a word of its enumeration.
     pub fn check_words(&self, expression: &Expression, scope: &dyn Scope) -> Result<(), ExpressionError> {
         let inside = Inside { environment: self, is_resource: &|_| false, scope };
         expression::unknown_word(expression, &inside).map_or(Ok(()), Err)
@@ -219,8 +220,8 @@ impl Environment {
         Inside { environment: self, is_resource: &|_| false, scope }
     }
 
-    /// The name outside of the subgraph that the value of a name follows from; `None` if the value is fixed or not
-    /// visible.
+    /// Returns the name outside of the subgraph that determines the value of a name; `None` if the value is fixed or
+    /// not visible.
     pub(crate) fn followed<'a>(&'a self, name: &'a str) -> Option<&'a str> {
         match self.locals.contains_key(name) {
             true => self.following.get(name).map(String::as_str),
@@ -235,14 +236,14 @@ impl Environment {
         VIEWPORT.contains(&name) || !self.is_file && !self.inputs.contains_key(head)
     }
 
-    /// Rewrites an expression from names inside a subgraph to names outside. `is_resource` returns `true` if a name
-    /// outside is a resource.
+    /// Rewrites an expression from names inside a subgraph to names outside, and replaces locals with their values.
+    /// `is_resource` returns `true` if a name outside is a resource.
     pub fn close(&self, expression: &Expression, is_resource: &dyn Fn(&str) -> bool) -> Expression {
         self.close_with(expression, &|name| self.closed(name, is_resource))
     }
 
-    /// Rewrites an expression to names outside, as [`Self::close`] does, but keeps locals that follow from parameters
-    /// as names.
+    /// Rewrites an expression from names inside a subgraph to names outside. Locals that depend on parameters stay
+    /// names; all other locals are replaced with their values.
     pub(crate) fn close_live(
         &self,
         expression: &Expression,
@@ -284,7 +285,7 @@ impl Environment {
         }
     }
 
-    /// Returns the word that a text of a document is, or that its expression yields.
+    /// Returns the word that a string of a document contains literally, or that its expression yields.
     ///
     /// # Errors
     /// Returns an error of the expression, or an error for a value that is not a word.

@@ -4,8 +4,8 @@ use umbragraph_text::diagnostic::{Diagnostic, codes, suggested_name};
 use umbragraph_text::document;
 use umbragraph_text::expression::{ErrorKind, ExpressionError};
 
-/// Returns the diagnostic for an error in an expression, placed inside the string if that is written without escapes.
-/// `None` for an error that only follows from another diagnostic.
+/// Returns the diagnostic for an error in an expression, placed inside the string if the string has no escape
+/// sequences. `None` for an error that only follows from another diagnostic.
 pub fn expression_diagnostic(
     error: &ExpressionError,
     value: &document::Value,
@@ -53,7 +53,8 @@ pub fn expression_diagnostic(
     Some(diagnostic.suggest(name, known, written, |_| help()))
 }
 
-/// The string that contains an unknown name, among the elements of a list of expressions, with its JSON pointer.
+/// Finds the element with an unknown name in a list of expressions, and its JSON pointer. `None` if the error is of
+/// another kind, or if no element contains the name.
 fn invalid<'v>(
     error: &ExpressionError,
     value: &'v document::Value,

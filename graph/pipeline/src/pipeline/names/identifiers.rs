@@ -7,7 +7,7 @@ use umbragraph_text::source::Span;
 /// Names that parameters and features cannot have, because the expression language uses them.
 const RESERVED: &[&str] = &["viewport", "true", "false"];
 
-/// The members of the viewport in expressions.
+/// The names by which expressions refer to the viewport, and to its width and height in pixels.
 pub(crate) const VIEWPORT: &[&str] = &["viewport", "viewport.width", "viewport.height"];
 
 /// Returns `true` if `name` is the name of the pass, or of a loop or use of a subgraph that contains the pass.
@@ -30,7 +30,7 @@ pub(crate) fn name_diagnostic(entry: &Entry) -> Option<Diagnostic> {
     })
 }
 
-/// The diagnostic for a name under which something of another kind is declared too.
+/// The diagnostic for a name that two kinds of declarations have, such as a parameter and a feature.
 pub(crate) fn twin_diagnostic(entry: &Entry, what: &str, (twin, other): (Span, &str)) -> Diagnostic {
     let article = if other.starts_with('i') { "an" } else { "a" };
     let message = format!("\"{}\" is a {what} and {article} {other}", entry.key);

@@ -77,7 +77,10 @@ pub(crate) fn add(shared: &mut Shared, mut resource: Resource) {
     }
 }
 
-/// Evaluates the number of earlier frames of a history. An error without a diagnostic follows from another diagnostic.
+/// Evaluates the number of earlier frames of a history.
+///
+/// # Errors
+/// Returns a diagnostic, or `None` if the error only follows from another diagnostic.
 fn count(
     shared: &Shared,
     resource: &Resource,

@@ -17,13 +17,13 @@ use std::collections::BTreeSet;
 
 use serde_json::{Map, Value as Json, json};
 
-/// The name of the definition of a pass.
+/// The name of the definition of a pass, under `$defs` of the JSON Schema.
 pub(crate) const PASS: &str = "Pass";
-/// The name of the definition of a group of shared settings.
+/// The name of the definition of a group of shared settings, under `$defs`.
 const GROUP: &str = "SharedSettings";
-/// The prefix of the names of definitions that state required keys.
+/// The prefix of the names of definitions under `$defs` that state required keys.
 const WHOLE: &str = "Whole";
-/// The name of the definition of values that contain no null.
+/// The name of the definition of values that contain no null, under `$defs`.
 const NOTHING_DELETED: &str = "NothingDeleted";
 
 /// Converts the schema of composed documents to one of files that can extend others.
@@ -73,7 +73,7 @@ pub(crate) fn for_overlays(schema: &Json) -> Json {
     relaxed
 }
 
-/// The condition that a file or a pass extends others.
+/// The schema condition for a file or pass that extends others: it has the key `extends`.
 fn extends() -> Json {
     json!({ "required": ["extends"] })
 }
@@ -84,7 +84,7 @@ struct Parts {
 }
 
 impl Parts {
-    /// Returns the part of a schema that states possible keys.
+    /// Returns the part of a schema that states possible keys. Keys are required only in elements of lists.
     fn relaxed(&self, schema: &Json) -> Json {
         let Json::Object(rules) = schema else { return schema.clone() };
         if let Some(variants) = tagged(rules) {
@@ -170,7 +170,7 @@ impl Parts {
         }
     }
 
-    /// Returns the part of a schema that states required keys; `None` if it requires none.
+    /// Returns the part of a schema that states required keys; `None` if the schema requires none.
     fn whole(&self, schema: &Json) -> Option<Json> {
         let rules = schema.as_object()?;
         if let Some(name) = definition_of(rules) {
@@ -263,7 +263,8 @@ fn definition_of(rules: &Map<String, Json>) -> Option<&str> {
     rules.get("$ref")?.as_str()?.strip_prefix("#/$defs/")
 }
 
-/// The definitions that require a key, themselves or in definitions that they refer to outside of lists.
+/// The names of the definitions that require a key, directly or through definitions that they refer to outside of
+/// lists.
 fn demanding(definitions: &Map<String, Json>) -> BTreeSet<String> {
     let mut demanding = BTreeSet::new();
     loop {

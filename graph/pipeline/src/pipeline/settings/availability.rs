@@ -30,8 +30,8 @@ pub struct Lacking {
     pub place: Span,
 }
 
-/// Returns the first requirement of a feature, or of the features that it requires to be on, that the profile does not
-/// meet. `None` if the profile meets all.
+/// Returns the first requirement that the profile does not meet: of a feature, or of features that it requires to be
+/// on. `None` if the profile meets all requirements.
 pub fn lacking(entry: &Entry, features: &[Entry], profile: &TargetProfile) -> Option<Lacking> {
     lacking_within(entry, features, profile, features.len())
 }
@@ -69,8 +69,8 @@ fn lacking_within(
     })
 }
 
-/// Returns the settings of features, without those from presets for features whose requirements the profile does not
-/// meet.
+/// Returns the settings of features. A preset's value is left out if the profile does not meet the requirements of its
+/// feature.
 pub(crate) fn without_lacking(
     settings: &[Override],
     presets: &[Entry],

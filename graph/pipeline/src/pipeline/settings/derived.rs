@@ -31,18 +31,20 @@ pub struct Derived {
     pub place: Span,
     /// The parsed expression of the value.
     pub expression: Expression,
-    /// The position in an order in which each derived value follows those that it depends on.
+    /// The position in the order of evaluation, in which a derived value comes after the derived values that it depends
+    /// on.
     pub rank: usize,
 }
 
-/// The derived values of a section, and the names of those that have no value because of errors.
+/// The derived values of a section, and the names of derived values that have no value because of errors.
 #[derive(Debug, Default)]
 pub(crate) struct Section {
     pub(crate) values: BTreeMap<String, Derived>,
     pub(crate) broken: BTreeSet<String>,
 }
 
-/// The scope of derived values: one another, and the names of the scope around.
+/// The scope in which derived values are evaluated: derived values of the same section, and names of the enclosing
+/// scope.
 struct Names<'a> {
     section: &'a Section,
     declared: &'a [Entry],
@@ -173,8 +175,8 @@ pub(crate) fn evaluate(
     section
 }
 
-/// Sorts names so that each follows those that it needs. The second result has the names in cycles, and names that need
-/// them.
+/// Sorts names so that each name comes after the names that it needs. The second result has the names in cycles, and
+/// the names that depend on a cycle.
 pub(crate) fn order<'n>(needs: &BTreeMap<&'n str, BTreeSet<&'n str>>) -> (Vec<&'n str>, BTreeSet<&'n str>) {
     let mut waiting: BTreeMap<&str, usize> = needs.iter().map(|(name, needs)| (*name, needs.len())).collect();
     let mut needed_by: BTreeMap<&str, Vec<&'n str>> = BTreeMap::new();
@@ -207,7 +209,7 @@ fn declaration_diagnostic(entry: &Entry, taken: &BTreeMap<&str, (Span, &str)>) -
     Some(twin_diagnostic(entry, "derived value", *twin))
 }
 
-/// The words that an expression can yield; `None` if it can yield anything else.
+/// The words of enumerations that an expression can yield; `None` if it can also yield other values.
 fn words(expression: &Expression, scope: &dyn Scope) -> Option<BTreeSet<String>> {
     match &expression.kind {
         ExpressionKind::Literal(Value::Text(word)) => Some(BTreeSet::from([word.clone()])),

@@ -31,7 +31,7 @@ pub trait Evaluate {
     /// Reports a warning at a setting when a pass is declared; does nothing when live settings are updated.
     fn warn(&mut self, _: Code, _: &str, _: impl Into<String>, _: impl Into<String>) {}
 
-    /// Reports a word, yielded by an expression, that the setting does not allow.
+    /// Reports an expression that yields a word which the setting does not allow.
     fn report_word(&mut self, word: &str, _: &Expr, pointer: &str) {
         let message = format!("the expression yields \"{word}\", which is not known here");
         self.report(codes::UNKNOWN_WORD, pointer, message, "the schema lists the words known here");
@@ -63,13 +63,13 @@ pub trait Evaluate {
         }
     }
 
-    /// Evaluates an expression and converts its value to a type.
+    /// Evaluates an expression and converts its value to the type `T`, with a check of the type's range.
     fn read<T: LiveValue>(&mut self, expr: &Expr, pointer: &str) -> Option<T> {
         let value = self.value(expr, pointer)?;
         self.judged(&value, pointer)
     }
 
-    /// Converts a value to a type; reports a value that does not fit.
+    /// Converts a value to the type `T`. Reports a value of another type or out of range, and returns `None`.
     fn judged<T: LiveValue>(&mut self, value: &Value, pointer: &str) -> Option<T> {
         T::read(value).map_err(|diagnostic| self.add(diagnostic, pointer)).ok()
     }
@@ -117,7 +117,8 @@ pub trait Evaluate {
         expr.as_ref().map_or(Some(without), |expr| self.boolean(expr, &pointer.to_string()))
     }
 
-    /// Returns the value of an optional word as [`Self::word`] does; returns `without` if there is none.
+    /// Returns the word of an enumeration from an optional setting, which is a literal or an expression; returns
+    /// `without` if the setting is missing.
     fn word_or<T: serde::de::DeserializeOwned + Clone + schemars::JsonSchema>(
         &mut self,
         word: &Option<Word<T>>,
@@ -127,7 +128,7 @@ pub trait Evaluate {
         word.as_ref().map_or(Some(without), |word| self.word(word, &pointer.to_string()))
     }
 
-    /// Returns a word that is written literally, or that an expression yields.
+    /// Returns the word of an enumeration from a setting that is a literal or an expression.
     fn word<T: serde::de::DeserializeOwned + Clone + schemars::JsonSchema>(
         &mut self,
         word: &Word<T>,
@@ -149,7 +150,7 @@ pub trait Evaluate {
     }
 }
 
-/// The live settings of a CPU node in a frame in which a live parameter has changed.
+/// The live settings of a CPU node with their new values, after a live parameter has changed.
 #[derive(Debug)]
 pub struct LiveSettings<'a> {
     /// The live settings of the pass.

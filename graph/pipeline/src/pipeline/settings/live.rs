@@ -68,7 +68,8 @@ pub struct Constraint {
     pub pointer: String,
 }
 
-/// The parameters on which each value depends, and the parameters that are structural so far.
+/// The parameters on which each value depends, and the structural parameters found so far, whose changes need a new
+/// plan.
 #[derive(Debug, Default)]
 pub(crate) struct Dependence {
     /// The parameters on which each name in expressions depends; names that depend on none are missing.
@@ -95,8 +96,8 @@ impl Dependence {
         all
     }
 
-    /// Adds the value of an expression over names of the pipeline, if it depends on parameters. Returns `true` if it
-    /// does.
+    /// Records a named value that an expression computes, if the expression depends on parameters. Returns `true` if it
+    /// was recorded.
     pub(crate) fn add(
         &mut self,
         name: String,
@@ -123,12 +124,13 @@ impl Dependence {
         names.into_iter().any(|name| self.of.contains_key(name))
     }
 
-    /// Returns `true` if every parameter is structural.
+    /// Returns `true` if every parameter is structural, so that no other parameter can become structural.
     pub(crate) fn is_settled(&self) -> bool {
         self.structural.len() == self.parameters
     }
 
-    /// Marks the parameters on which a name depends as structural. `at` makes the use that is the cause.
+    /// Marks the parameters on which a name depends as structural: a change of them then needs a new plan. `at` returns
+    /// the use that is the reason.
     pub(crate) fn fix(&mut self, name: &str, at: &dyn Fn() -> Structural) {
         for parameter in self.of.get(name).into_iter().flatten() {
             if !self.structural.contains_key(parameter) {
@@ -138,7 +140,8 @@ impl Dependence {
     }
 }
 
-/// The names on which the value of an expression depends; the list in a call of `len` does not count.
+/// The names on which the value of an expression depends. The argument of `len` does not count, because a list keeps
+/// its length.
 pub(crate) fn names(expression: &Expression) -> Vec<&str> {
     let mut names = Vec::new();
     collect(expression, &mut names);

@@ -104,7 +104,8 @@ pub(crate) fn sets(presets: &[Entry], setting: &Override) -> bool {
     features.any(|entry| entry.key_span == setting.place)
 }
 
-/// Checks the values of all presets except those of the chosen one, which are checked as settings.
+/// Checks the values of all presets except the chosen preset, whose values are checked together with the caller's
+/// values.
 pub(crate) fn check(
     presets: &[Entry],
     parameters: &BTreeMap<String, ParameterDeclaration>,

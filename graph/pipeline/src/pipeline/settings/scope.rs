@@ -11,7 +11,7 @@ use umbragraph_text::source::Span;
 #[derive(Clone, Debug, Default)]
 pub struct StaticScope {
     values: BTreeMap<String, Value>,
-    /// The allowed words of names whose values are words of an enumeration.
+    /// The allowed words of each enumeration, by the name of its parameter, feature or derived value.
     words: BTreeMap<String, Vec<String>>,
     /// The places of the expressions of derived values, by name.
     derived: BTreeMap<String, Span>,

@@ -22,7 +22,8 @@ pub struct ValuedParameter {
     pub value: Value,
     /// The place of the value: the default, a preset, or the caller's setting.
     pub place: Span,
-    /// The use that makes the parameter structural; `None` if the parameter is live.
+    /// The use because of which a change of the value needs a new plan; `None` if the value can change from frame to
+    /// frame.
     pub structural: Option<Structural>,
 }
 
@@ -178,9 +179,9 @@ pub(crate) fn features(
     features
 }
 
-/// Ensures that exactly one feature of each group is on. A chosen feature switches off those that are on only by
-/// default. If the target does not support the default, the next supported feature of the group in the document
-/// replaces it.
+/// Ensures that exactly one feature of each group is on. A chosen feature switches off features of its group that are
+/// on only by default. If the target does not support the default, the next supported feature of the group in the
+/// document replaces it.
 fn groups(
     declarations: &BTreeMap<String, FeatureDeclaration>,
     entries: &[Entry],
@@ -314,7 +315,8 @@ pub(crate) fn declared<T>(declarations: &BTreeMap<String, T>) -> Vec<&str> {
     declarations.keys().map(String::as_str).collect()
 }
 
-/// The diagnostic for a name that is not among `known`. It may suggest a name of the other kind, from `others`.
+/// The diagnostic for a parameter or feature that is not among the `known` names. It may suggest a name from `others`:
+/// a parameter instead of a feature, or a feature instead of a parameter.
 pub(crate) fn not_there(
     kind: SettingKind,
     name: &str,
@@ -424,11 +426,11 @@ fn number(
     }
 }
 
-/// A diagnostic code, the message, and the help.
+/// The reason for which a value is invalid: diagnostic code, message and help text.
 type Misfit = (Code, String, String);
 
-/// The reason to reject a new value of a live parameter, as code, message and help; `None` for a valid value. `before`
-/// is the previous, valid value.
+/// The reason to reject a new value of a live parameter, as diagnostic code, message and help text. `None` for a valid
+/// value. `before` is the previous, valid value.
 pub fn rejected(
     name: &str,
     declaration: &ParameterDeclaration,

@@ -15,9 +15,9 @@ pub(crate) struct Programs {
     /// The programs; a [`ProgramHandle`] is an index into this list.
     pub(crate) list: Vec<Arc<Program>>,
     known: BTreeMap<Chosen, Option<ProgramHandle>>,
-    /// The record for validating all variants together; `None` if this load is not surveyed.
+    /// The record for validating all variants together; `None` unless the load options request it.
     pub(crate) survey: Option<Survey>,
-    /// The variants whose own diagnostics were reported, as template name and axis values.
+    /// The shader variants whose diagnostics were already reported, as template name and axis values.
     pub(crate) rejected: BTreeSet<(String, AxisValues)>,
     pub(crate) shaders: Arc<ShaderCache>,
 }
@@ -95,8 +95,8 @@ impl Programs {
         Some(ProgramHandle(self.list.len() as u32 - 1))
     }
 
-    /// The limits of the profile that a program's layout exceeds. Empty if a single variant exceeds them, which its
-    /// shader's own diagnostic reports.
+    /// The limits of the profile that a program's layout exceeds. Empty if a single variant exceeds them, because the
+    /// diagnostics of its shader report this.
     fn excess(&self, program: &Program) -> Vec<String> {
         let is_own = |variant: &ProgramVariant| {
             let bindings = variant.module.reflection.bindings.iter();

@@ -31,7 +31,7 @@ pub(crate) struct Shared {
     pub(crate) scope: StaticScope,
     /// The parameters on which each value depends.
     pub(crate) dependence: Dependence,
-    /// Arguments and derived values of subgraphs that follow from parameters, by internal names.
+    /// The values of arguments and derived values of subgraphs that depend on parameters, by internal names.
     pub(crate) given: BTreeMap<String, Value>,
     /// The names of the toggles, which expressions cannot use.
     pub(crate) toggles: Vec<String>,
@@ -44,7 +44,7 @@ pub(crate) struct Shared {
     pub(crate) diagnostics: Diagnostics,
     /// Diagnostics about arguments of subgraphs, placed where the subgraph is used.
     pub(crate) argument_errors: Diagnostics,
-    /// Parsed expressions by their text.
+    /// The parsed expressions, by their source text.
     expressions: HashMap<String, Rc<Expression>>,
     /// The number of errors in passes that only follow from another diagnostic.
     pub(crate) withheld: usize,
@@ -117,7 +117,8 @@ impl Shared {
         Ok(parsed)
     }
 
-    /// Marks the parameters on which an expression depends as structural. `at` makes the use that is the cause.
+    /// Marks the parameters on which an expression depends as structural: a change of them then needs a new plan. `at`
+    /// returns the use that is the reason.
     pub(crate) fn fix(
         &mut self,
         expression: &Expression,
@@ -129,7 +130,8 @@ impl Shared {
         }
     }
 
-    /// Marks the parameters on which a name depends as structural. `at` makes the use that is the cause.
+    /// Marks the parameters on which a name depends as structural: a change of them then needs a new plan. `at` returns
+    /// the use that is the reason.
     pub(crate) fn fix_name(&mut self, name: &str, environment: &Environment, at: &dyn Fn() -> Structural) {
         if !self.dependence.is_settled()
             && let Some(name) = environment.followed(name)
@@ -138,7 +140,8 @@ impl Shared {
         }
     }
 
-    /// Marks the parameters on which the expressions in a document value depend as structural.
+    /// Marks the parameters on which the expressions in a document value depend as structural: a change of them then
+    /// needs a new plan.
     pub(crate) fn fix_all(
         &mut self,
         value: &document::Value,
@@ -165,7 +168,8 @@ impl Shared {
         }
     }
 
-    /// Marks the parameters on which the order and the fallbacks of a pass depend as structural.
+    /// Marks the parameters on which the order and the fallbacks of a pass depend as structural: a change of them then
+    /// needs a new plan.
     pub(crate) fn fix_order(&mut self, pass: &Instance<'_>) {
         for key in ["after", "passthrough"] {
             if let Some(value) = pass.entry.value.get(key) {

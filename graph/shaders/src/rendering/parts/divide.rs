@@ -22,7 +22,8 @@ pub(super) fn divide(set: &TemplateSet, template: &str) -> Option<Parts> {
     Some(Parts { steps, ..division.parts })
 }
 
-/// A tag that assigns names, repeated before each part that needs one of them.
+/// A template tag that assigns variables, such as `set`. Its source is repeated before each part that uses one of these
+/// variables.
 struct Definition {
     source: String,
     binds: BTreeSet<String>,
@@ -37,7 +38,7 @@ struct Division<'s> {
     known: BTreeMap<String, Arc<Words>>,
 }
 
-/// The names in a template, without those of included templates.
+/// The variable names in a template, without those of included templates.
 #[derive(Default)]
 struct Words {
     binds: BTreeSet<String>,
@@ -57,13 +58,14 @@ struct Open<'t> {
 }
 
 impl Open<'_> {
-    /// The byte range of the tag at `offset`, or of the last tag before it.
+    /// The byte range of the template tag at byte `offset`, or else of the last tag before it; `None` without such a
+    /// tag.
     fn tag_at(&self, offset: usize) -> Option<&Range<usize>> {
         let behind = self.scan.tags.partition_point(|tag| tag.range.start <= offset);
         Some(&self.scan.tags.get(behind.checked_sub(1)?)?.range)
     }
 
-    /// The byte range of a statement, including its start and end tags.
+    /// The byte range of a template statement, including its start and end tags.
     fn range(&self, span: Span) -> Option<Range<usize>> {
         let (start, end) = (span.start_offset as usize, span.end_offset as usize);
         Some(self.tag_at(start)?.start..self.tag_at(end.saturating_sub(1))?.end)
@@ -222,7 +224,8 @@ impl Division<'_> {
         Some(())
     }
 
-    /// Divides the content of an overriding block.
+    /// Divides the content of a block that overrides one of an extended template. `range` is the byte range of the
+    /// block.
     fn overriding(&mut self, template: &str, range: Range<usize>) -> Option<Vec<Step>> {
         let text = &self.set.templates.get(template)?.prepared.text;
         let scan = scan(text);
@@ -245,7 +248,8 @@ impl Division<'_> {
         })
     }
 
-    /// Adds a part: a piece of the template, preceded by the definitions that it needs. Returns its index.
+    /// Adds a part: a piece of the template, preceded by the definitions of the variables that it uses. Returns the
+    /// index of the part.
     fn part(&mut self, open: &Open<'_>, source: &str) -> usize {
         let mut mentions = self.mentions(source);
         let mut before = Vec::new();
@@ -260,17 +264,19 @@ impl Division<'_> {
         self.parts.parts.len() - 1
     }
 
-    /// The names that a piece of a template, or a template that it includes, assigns for later pieces.
+    /// The names of the variables that a piece of a template assigns for later pieces, itself or in templates that it
+    /// includes.
     fn binds(&mut self, source: &str) -> BTreeSet<String> {
         self.all(source).iter().flat_map(|words| words.binds.iter().cloned()).collect()
     }
 
-    /// The names that a piece of a template, or a template that it includes, mentions.
+    /// The identifiers that occur in a piece of a template or in templates that it includes.
     fn mentions(&mut self, source: &str) -> BTreeSet<String> {
         self.all(source).iter().flat_map(|words| words.mentions.iter().cloned()).collect()
     }
 
-    /// The names of a piece of a template and, separately, of all templates that it reaches.
+    /// The names in a piece of a template, and separately those in each template that it includes, imports or extends,
+    /// directly or indirectly.
     fn all(&mut self, source: &str) -> Vec<Arc<Words>> {
         let first = self.words(source);
         let mut open: Vec<String> = first.reaches.iter().cloned().collect();
@@ -323,7 +329,7 @@ impl Division<'_> {
 }
 
 impl Open<'_> {
-    /// Iterates over the identifiers in all tags.
+    /// Iterates over the identifiers in all tags of the template.
     fn words(&self) -> impl Iterator<Item = &str> {
         let words = self.scan.tags.iter().flat_map(|tag| &tag.words);
         let words = words.filter(|word| word.kind == WordKind::Identifier);
@@ -382,7 +388,8 @@ fn bound(text: &str, names: &mut BTreeSet<String>) {
     }
 }
 
-/// Converts a step so that it only reads axes and writes nothing; `None` for literal text.
+/// Converts a step so that its parts are still rendered, but write nothing. `None` for literal text, which needs no
+/// rendering.
 fn silent(step: Step) -> Option<Step> {
     match step {
         Step::Part(part) => Some(Step::Branch { condition: part, then: Vec::new(), otherwise: Vec::new() }),

@@ -10,7 +10,8 @@ use naga::{Expression, Handle};
 #[derive(Debug, Default)]
 pub(super) struct Lives {
     now: usize,
-    /// For each expression: its number of scalars, and the times of its creation and of its last use.
+    /// For each expression, indexed by its handle: the number of scalars, and the times of its creation and of its last
+    /// use. `None` for an expression without a value.
     values: Vec<Option<(u64, usize, usize)>>,
     loops: Vec<Range<usize>>,
 }
@@ -40,12 +41,12 @@ impl Lives {
         }
     }
 
-    /// Records a loop that began at time `began` and ends now.
+    /// Records a loop that began at time `began` and ends at the current time.
     pub(super) fn end_loop(&mut self, began: usize) {
         self.loops.push(began..self.now);
     }
 
-    /// Returns the number of live scalars at each time.
+    /// Returns the number of live scalars, indexed by time.
     pub(super) fn alive(mut self) -> Vec<u64> {
         // Inner loops end before outer ones.
         for inside in &self.loops {

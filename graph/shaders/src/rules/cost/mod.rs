@@ -42,18 +42,18 @@ pub struct Operations {
     pub comparisons: u64,
     /// Scalars written to storage and workgroup memory, and channels written to storage textures.
     pub writes: u64,
-    /// Atomic operations.
+    /// Atomic operations on buffers, workgroup memory and textures.
     pub atomics: u64,
     /// Executed branches (`if`, `switch`) and `break if` conditions.
     pub branches: u64,
-    /// Loops with an unknown number of iterations.
+    /// Executed loops whose number of iterations is unknown. Their bodies count as if they ran 8 times.
     pub unknown_loops: u64,
 }
 
-/// A kind of operation: its name, its cost in scalar operations, and a function that returns its count.
+/// A kind of operation: its name, the cost of one in scalar operations, and a function that returns the number of them.
 pub type Weight = (&'static str, u64, fn(&Operations) -> u64);
 
-/// The cost of each kind of operation, in scalar operations.
+/// The kinds of operations, with the cost of each in scalar operations.
 pub const WEIGHTS: [Weight; 8] = [
     ("arithmetic", 1, |each| each.arithmetic),
     ("reads", 2, |each| each.reads),
@@ -65,7 +65,7 @@ pub const WEIGHTS: [Weight; 8] = [
     ("branches", 4, |each| each.branches),
 ];
 
-/// The cost of an entry point, including all called functions.
+/// The cost of one invocation of an entry point, including all called functions.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 #[non_exhaustive]
 pub struct Cost {
@@ -74,7 +74,8 @@ pub struct Cost {
     /// The number of operations of each kind.
     #[serde(flatten)]
     pub operations: Operations,
-    /// The maximum number of scalars that are live at once.
+    /// The maximum number of scalars that are live at once, including all local variables. Compilers usually need fewer
+    /// registers.
     pub registers: u64,
 }
 
@@ -86,7 +87,7 @@ pub(crate) struct Spent<K> {
     pub(crate) calls: Vec<Call<K>>,
 }
 
-/// A call of a function: its callee and the number of executions.
+/// A call in a function's body: the called function, and the number of executions.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Call<K> {
     pub(crate) callee: K,
@@ -111,7 +112,7 @@ impl Operations {
         [arithmetic, reads, texture_reads, samples, comparisons, writes, atomics, branches, unknown_loops]
     }
 
-    /// Adds other operations, multiplied by the number of their executions.
+    /// Adds the operations of other code that is executed `times` times.
     fn add(&mut self, mut others: Self, times: u64) {
         for (own, other) in self.all().into_iter().zip(others.all()) {
             *own = own.saturating_add(other.saturating_mul(times));
@@ -124,7 +125,7 @@ impl Operations {
 }
 
 impl<K> Spent<K> {
-    /// Converts the keys of called functions; calls without a new key are left out.
+    /// Converts the keys of called functions with `id`. Calls of functions for which `id` returns `None` are left out.
     pub(crate) fn by<L>(&self, id: impl Fn(&K) -> Option<L>) -> Spent<L> {
         let call =
             |call: &Call<K>| Some(Call { callee: id(&call.callee)?, times: call.times, live: call.live });
@@ -133,7 +134,8 @@ impl<K> Spent<K> {
     }
 }
 
-/// Returns the cost of an entry point, given all functions of its module.
+/// Returns the cost of the entry point with the key `entry`. `functions` holds the operations of all functions of its
+/// module.
 pub(crate) fn total<'f, K: Eq + Hash>(entry: &'f K, functions: &HashMap<&'f K, &'f Spent<K>>) -> Cost {
     let (operations, registers) = sum(entry, functions, &mut HashMap::new());
     Cost { total: operations.weighted(), operations, registers }

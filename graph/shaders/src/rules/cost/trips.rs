@@ -13,10 +13,10 @@ use naga::{
 
 use crate::written::ir;
 
-/// The constants last stored in local variables; `None` for a variable with an unknown value.
+/// The integer constant that each local variable currently holds; `None` for a variable with an unknown value.
 pub(super) type Known = HashMap<Handle<LocalVariable>, Option<i64>>;
 
-/// The constant with which a variable is initialized; `None` if its initial value is not constant.
+/// The integer constant with which a local variable is initialized; `None` if its initial value is not constant.
 pub(super) fn initial(module: &Module, function: &Function, variable: Handle<LocalVariable>) -> Option<i64> {
     match function.local_variables[variable].init {
         Some(init) => constant(module, function, init),
@@ -36,7 +36,7 @@ fn at_most(module: &Module, function: &Function, at: Handle<Expression>) -> Opti
     }
 }
 
-/// The value of an integer expression; `None` if it is not constant. Overrides count with their default.
+/// The value of an integer expression; `None` if it is not constant. Overrides have their default values.
 pub(super) fn constant(module: &Module, function: &Function, at: Handle<Expression>) -> Option<i64> {
     let global = |init| match module.global_expressions[init] {
         Expression::Literal(literal) => integer(literal),
@@ -130,12 +130,12 @@ pub(super) fn trips(
     u64::try_from(distance.max(0)).ok().map(|distance| distance.div_ceil(step.unsigned_abs()))
 }
 
-/// Returns `true` if a block may write a variable.
+/// Returns `true` if a block may write a local variable.
 pub(super) fn writes(function: &Function, block: &Block, variable: Handle<LocalVariable>) -> bool {
     count(function, block, variable) > 0
 }
 
-/// Counts the statements in a block that may write a variable.
+/// Counts the statements in a block, including nested blocks, that may write a local variable.
 fn count(function: &Function, block: &Block, variable: Handle<LocalVariable>) -> usize {
     let is_it = |at: &Handle<Expression>| matches!(function.expressions[ir::base(function, *at)], Expression::LocalVariable(own) if own == variable);
     let of = |statement: &Statement| {

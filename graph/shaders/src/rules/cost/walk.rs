@@ -14,14 +14,15 @@ use super::trips::{self, Known};
 use super::{Call, Operations, Spent, UNKNOWN_TRIPS};
 use crate::written::ir;
 
-/// Counts the operations of a validated function, without those of its callees.
+/// Counts the operations of a validated function, without those of the functions that it calls.
 pub(crate) fn of(module: &Module, function: &Function, info: &FunctionInfo) -> Spent<String> {
     let mut walk = Walk::new(module, function, info);
     walk.block(&function.body, 1);
     walk.finish()
 }
 
-/// Returns the cost of each byte range in a module's WGSL, for one entry point including called functions.
+/// Returns byte ranges of a module's WGSL, each with its cost in scalar operations, for one entry point and the
+/// functions that it calls. A range can occur several times.
 pub(crate) fn lines(module: &Module, info: &ModuleInfo, entry_point: &str) -> Vec<(Range<usize>, u64)> {
     let entries = module.entry_points.iter().enumerate().filter(|(_, entry)| entry.name == entry_point);
     let mut open: Vec<(&Function, &FunctionInfo, u64)> =
@@ -51,11 +52,11 @@ struct Walk<'m> {
     function: &'m Function,
     info: &'m FunctionInfo,
     operations: Operations,
-    /// The calls, each with its time in [`Lives`].
+    /// The calls, each with the time at which it happens, as counted by [`Lives`].
     calls: Vec<(Call<&'m str>, usize)>,
     known: Known,
     lives: Lives,
-    /// The costs of byte ranges in the WGSL.
+    /// The costs of byte ranges of the WGSL in scalar operations.
     places: Vec<(Range<usize>, u64)>,
 }
 
@@ -205,7 +206,8 @@ impl<'m> Walk<'m> {
         }
     }
 
-    /// Marks variables as unknown that the blocks of a statement write, since the blocks may run any number of times.
+    /// Marks as unknown the local variables that the blocks of a statement write, since the blocks may run any number
+    /// of times.
     fn forget(&mut self, statement: &Statement) {
         for block in ir::blocks(statement) {
             let written = |variable: &_| trips::writes(self.function, block, *variable);
@@ -269,7 +271,8 @@ impl<'m> Walk<'m> {
     }
 }
 
-/// The cost of a WGSL built-in function in scalar operations. `argument` and `result` are numbers of scalars.
+/// The cost of a WGSL built-in function in scalar operations. `argument` and `result` are the numbers of scalars in its
+/// first argument and in its result.
 fn math(fun: MathFunction, argument: u64, result: u64) -> u64 {
     use MathFunction as M;
     match fun {

@@ -20,7 +20,8 @@ enum Root {
 }
 
 impl Walk<'_> {
-    /// The graph node of an evaluated expression.
+    /// The graph node of an expression. An expression that no statement has evaluated counts as differing between
+    /// invocations, unless it is constant, a variable or an argument.
     pub(super) fn value(&self, handle: Handle<Expression>) -> Node {
         let made = self.values.get(handle.index()).copied().flatten();
         made.unwrap_or_else(|| match &self.function.expressions[handle] {
@@ -102,7 +103,8 @@ impl Walk<'_> {
         }
     }
 
-    /// Requires that all of `nodes` are uniform, with the severity from the module's diagnostic filters.
+    /// Adds the requirement that all of `nodes` are uniform. The module's diagnostic filters decide whether a violation
+    /// is an error or a warning, or is ignored.
     pub(super) fn need(&mut self, operation: Operation, place: Span, nodes: &[Node], is_value: bool) {
         let warning = match self.severity(operation) {
             Severity::Off => return,
@@ -147,7 +149,8 @@ impl Walk<'_> {
         }
     }
 
-    /// Assigns a new value to the variable that a pointer refers to. A write to a part keeps the old dependencies.
+    /// Assigns a new value to the variable that a pointer refers to. A write to a member or an element keeps the
+    /// variable's old dependencies.
     pub(super) fn store(&mut self, pointer: Handle<Expression>, depends_on: &[Node], span: Span) {
         let Some(slot) = self.slot(pointer) else { return };
         let mut depends_on = depends_on.to_vec();

@@ -39,12 +39,13 @@ use walk::Walk;
 /// The maximum number of places in the code that one message names as reasons.
 const REASONS: usize = 6;
 
-/// Returns the uniformity violations in source order. They are warnings if the module lowers their severity.
+/// Returns the violations of WGSL's uniformity rules in source order. They are warnings if the module lowers their
+/// severity.
 pub(crate) fn found(module: &Module) -> Vec<Rejection> {
     if demands(module) { analysis(module).1 } else { Vec::new() }
 }
 
-/// Returns the summary of each function for its callers, and all uniformity violations.
+/// Returns the summary of each function for its callers, and all violations of WGSL's uniformity rules.
 pub(crate) fn analysis(module: &Module) -> (HashMap<Handle<Function>, Summary>, Vec<Rejection>) {
     let mut summaries: HashMap<_, Summary> = HashMap::new();
     let mut findings = Vec::new();

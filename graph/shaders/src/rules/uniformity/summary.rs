@@ -8,7 +8,7 @@ use super::flow_graph::Note;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Operation {
     Derivative,
-    /// Sampling with an implicit level, with or without a depth comparison.
+    /// Texture sampling with an implicit mip level, with or without a depth comparison.
     Sample {
         compares: bool,
     },
@@ -52,19 +52,20 @@ impl Operation {
     }
 }
 
-/// A requirement that control flow or a value is uniform.
+/// A requirement that control flow or a value is uniform, with the operation that needs it.
 #[derive(Clone, Debug)]
 pub(super) struct Need {
     pub(super) operation: Operation,
-    /// Whether the module lowers the severity to a warning.
+    /// Whether a violation is only a warning, because the module lowers the severity.
     pub(super) warning: bool,
-    /// The place in this function: the operation, or the call that leads to it.
+    /// The place in the current function: the operation, or the call that leads to it.
     pub(super) place: Span,
     /// The name of the called function if `place` is a call; `None` if it is the operation itself.
     pub(super) called: Option<String>,
     /// Whether a value must be uniform as well, not only the control flow.
     pub(super) is_value: bool,
-    /// The calls on the path from `place` to the operation.
+    /// The calls on the path from `place` to the operation, and the operation; empty if `place` is the operation
+    /// itself.
     pub(super) way: Vec<Note>,
 }
 
@@ -87,7 +88,7 @@ impl Need {
         }
     }
 
-    /// Converts a requirement of `function` to a requirement at a call of it.
+    /// Converts a requirement inside `function` to a requirement at the call of `function` at `place`.
     pub(super) fn called_at(&self, place: Span, function: &str, is_value: bool) -> Self {
         let text = match &self.called {
             None => format!("{} is here", self.operation.name()),
@@ -99,35 +100,35 @@ impl Need {
     }
 }
 
-/// A violation of a requirement, with the reasons.
+/// A violation of a uniformity requirement, with the reasons why the control flow or value is not uniform.
 #[derive(Debug)]
 pub(super) struct Finding {
     pub(super) need: Need,
     pub(super) reasons: Vec<Note>,
 }
 
-/// An input from the caller.
+/// An input that a function gets from its caller.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Passed {
-    /// The value of an argument.
+    /// The value of the argument with this index.
     Argument(usize),
-    /// The value before the call that a pointer argument refers to.
+    /// The value that the pointer argument with this index refers to, before the call.
     Contents(usize),
 }
 
-/// The dependencies of a function's output.
+/// The dependencies of a function's result, or of a value that a pointer argument refers to after the call.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Origin {
-    /// The reasons for differing between invocations regardless of arguments; `None` if there are none.
+    /// The reasons why the output differs between invocations even if all inputs are uniform; `None` if it does not.
     pub(super) differs: Option<Vec<Note>>,
     pub(super) passed: Vec<Passed>,
 }
 
 #[derive(Debug, Default)]
 pub(crate) struct Summary {
-    /// Requirements that the control flow at the call is uniform.
+    /// The requirements that the control flow at a call of the function is uniform.
     pub(super) flow: Vec<Need>,
-    /// Requirements that an input is uniform.
+    /// The requirements that an input of the function is uniform.
     pub(super) values: Vec<(Passed, Need)>,
     pub(super) result: Origin,
     /// The dependencies of the values that pointer arguments refer to after the call. `None` for an argument that is
@@ -136,7 +137,7 @@ pub(crate) struct Summary {
 }
 
 impl Summary {
-    /// A string of all properties that affect callers, without places.
+    /// A string of all properties that affect callers, without places in the source, for comparing functions.
     pub(crate) fn digest(&self) -> String {
         let need = |need: &Need| (need.operation, need.warning, need.is_value);
         let flow: Vec<_> = self.flow.iter().map(need).collect();

@@ -24,11 +24,11 @@ const BREAK: Ends = 2;
 const CONTINUE: Ends = 4;
 const RETURN: Ends = 8;
 
-/// The state of a loop or switch during the walk.
+/// The state of a loop or switch while the graph of its statements is built.
 struct Frame {
     is_loop: bool,
-    /// The assigned variables: index in `Walk::state`, the value's node at the exit, and its node at the end of an
-    /// iteration. `None` if not reached yet.
+    /// The variables assigned inside: the index in `Walk::state`, and the nodes of the value at the exit and at the end
+    /// of an iteration. A node is `None` until its place is reached.
     assigned: Vec<(usize, Option<Node>, Option<Node>)>,
 }
 
@@ -38,18 +38,18 @@ pub(super) struct Walk<'a> {
     is_entry: bool,
     summaries: &'a HashMap<Handle<Function>, Summary>,
     pub(super) graph: FlowGraph,
-    /// The node of values that may differ between invocations.
+    /// The graph node that stands for values that may differ between invocations.
     pub(super) differing: Node,
-    /// The node of values that are equal in all invocations.
+    /// The graph node that stands for values that are equal in all invocations.
     pub(super) uniform: Node,
-    /// The node of the control flow at the function's start.
+    /// The graph node of the control flow at the function's start.
     start: Node,
     pub(super) values: Vec<Option<Node>>,
     pub(super) arguments: Vec<Node>,
     /// The nodes of the value that each pointer argument refers to, before and after the call; `None` for other
     /// arguments.
     contents: Vec<Option<(Node, Node)>>,
-    /// The nodes of the current values: first local variables, then the targets of arguments.
+    /// The nodes of the current values: first of the local variables, then of the targets of all arguments.
     pub(super) state: Vec<Node>,
     result: Node,
     frames: Vec<Frame>,
@@ -108,7 +108,8 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// Walks the function. Returns its summary for callers, and the violations inside it.
+    /// Builds the graph of the function. Returns its summary for callers, and the violations of uniformity requirements
+    /// inside it.
     pub(super) fn summary(mut self) -> (Summary, Vec<Finding>) {
         let (_, ends) = self.block(&self.function.body, self.start);
         if ends & NEXT != 0 {
@@ -324,7 +325,8 @@ impl<'a> Walk<'a> {
         self.graph.noted(&[value, flow], span, "this decides which invocations go on")
     }
 
-    /// Merges the variables' values at a join of two control-flow paths. If not `both`, only `other` reaches it.
+    /// Merges the variables' values where two control-flow paths join. If `both` is `false`, only the path with the
+    /// values `other` reaches the join.
     fn meet(&mut self, other: Vec<Node>, both: bool) {
         if !both {
             self.state = other;
@@ -337,8 +339,8 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// Adds the current values to the exit of the innermost loop or switch, or with `is_round` to the next iteration
-    /// of the innermost loop.
+    /// Adds the variables' current values to those at the exit of the innermost loop or switch. If `is_round`, adds
+    /// them to those at the end of an iteration of the innermost loop instead.
     fn leave(&mut self, is_round: bool) {
         let mut frames = self.frames.iter_mut().rev();
         let Some(frame) = frames.find(|frame| frame.is_loop || !is_round) else { return };
@@ -433,7 +435,8 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// The variables that the blocks assign, as indices in `Walk::state`, with empty exit values.
+    /// The variables that the blocks assign, as indices in `Walk::state`, with `None` for the nodes at exit and end of
+    /// iteration.
     fn assigned<'b>(
         &self,
         blocks: impl IntoIterator<Item = &'b Block>,

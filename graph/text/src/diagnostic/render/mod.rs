@@ -238,8 +238,8 @@ fn json_place(place: &Place, pointer: &str, sources: &Sources) -> serde_json::Va
     }
 }
 
-/// Converts a JSON pointer into the composed document to one into the file `name`. The composed document holds a
-/// subgraph file under `/subgraphs` and the path of the file.
+/// Converts a JSON pointer in the composed document to the pointer of the same value in the file `name`. The composed
+/// document has a subgraph file under `/subgraphs`, with the file's path as the key.
 fn in_file<'a>(name: &str, pointer: &'a str) -> &'a str {
     let below = pointer.strip_prefix(pointer_join("/subgraphs", name).as_str());
     below.filter(|below| below.is_empty() || below.starts_with('/')).unwrap_or(pointer)

@@ -10,7 +10,7 @@
 use std::borrow::Cow;
 
 /// Escapes control and bidirectional characters as Rust does, such as `\u{1b}`, so that a terminal does not interpret
-/// them. Line feeds and tabs stay.
+/// them. Line feeds and tabs stay; a carriage return before a line feed is removed.
 pub fn visible(text: &str) -> Cow<'_, str> {
     written(text, |character| format!("\\u{{{:x}}}", u32::from(character)))
 }
@@ -38,7 +38,8 @@ fn written(text: &str, write: impl Fn(char) -> String) -> Cow<'_, str> {
     result.into()
 }
 
-/// Whether a character is a control character for terminals, or changes the direction of text.
+/// Returns `true` if a character is a control character other than a line feed or tab, or changes the direction of
+/// text.
 fn is_command(character: char) -> bool {
     let is_bidirectional = matches!(
         character,

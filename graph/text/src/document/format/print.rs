@@ -56,7 +56,8 @@ impl Printer {
         self.out.extend(std::iter::repeat_n(' ', indent));
     }
 
-    /// Writes the separator for a gap: a blank line and a line break, a line break, or a space.
+    /// Writes a space if `gap` has no line ends, a line break for one, and a blank line for more. The new line is
+    /// indented by `indent` spaces.
     fn separate(&mut self, gap: Gap, indent: usize) {
         if gap.is_blank_line() {
             self.write("\n");
@@ -64,7 +65,7 @@ impl Printer {
         if gap.is_line_end() { self.line(indent) } else { self.write(" ") }
     }
 
-    /// Whether this many further characters fit on the current line.
+    /// Returns `true` if this many further characters fit on the current line.
     fn fits(&self, characters: usize) -> bool {
         characters <= WIDTH && self.column() + characters <= WIDTH
     }
@@ -91,7 +92,7 @@ impl Printer {
         }
     }
 
-    /// Prints the comments before a member or value; `gap` is the gap after the last comment.
+    /// Prints the comments before a member or value; `gap` has the line ends after the last comment.
     fn leading(&mut self, comments: &[Comment], gap: Gap, indent: usize) {
         for (at, comment) in comments.iter().enumerate() {
             self.comment(comment);

@@ -34,7 +34,7 @@ enum Lexeme<'a> {
 struct Reader<'a> {
     text: &'a str,
     scanner: Scanner<'a>,
-    /// The next lexeme; `gap` is the number of line ends between it and the previous one.
+    /// The next lexeme; `gap` is the number of line ends between the previous lexeme and this one.
     next: Lexeme<'a>,
     gap: Gap,
 }
@@ -142,7 +142,7 @@ impl<'a> Reader<'a> {
         Item { leading, gap, key, value: self.node(), before_comma: Vec::new(), trailing: Vec::new() }
     }
 
-    /// Splits comments into those on the line of the previous member, and those that belong to the next one.
+    /// Splits comments into those on the line of the previous member, and those that belong to the next member.
     fn share_out(&self, mut comments: Vec<Comment>) -> (Vec<Comment>, Vec<Comment>) {
         let first = comments.iter().position(|comment| comment.gap.is_line_end());
         let first = first.or_else(|| {

@@ -190,7 +190,8 @@ pub(crate) fn values() -> impl Strategy<Value = serde_json::Value> {
     })
 }
 
-/// Writes a value with spaces and comments wherever the grammar allows them.
+/// Appends a JSON value to `out`, with the results of `space` (white space or comments) wherever the grammar allows
+/// them.
 pub(crate) fn write(value: &serde_json::Value, space: &mut impl FnMut() -> &'static str, out: &mut String) {
     let mut comma = "";
     match value {

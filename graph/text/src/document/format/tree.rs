@@ -24,9 +24,9 @@ impl Gap {
 pub(super) struct Comment {
     /// The comment without trailing spaces, with `\n` as line ends.
     pub(super) text: String,
-    /// The gap before the comment.
+    /// The number of line ends before the comment.
     pub(super) gap: Gap,
-    /// The column of its first character, from 0, if it begins a line; otherwise `None`.
+    /// The column of the comment's first character, from 0, if the comment begins a line; otherwise `None`.
     pub(super) column: Option<usize>,
 }
 
@@ -35,7 +35,7 @@ impl Comment {
         self.text.starts_with("//")
     }
 
-    /// Whether it is a block comment on one line, so that other tokens can follow it.
+    /// Returns `true` if this is a block comment on one line, so that other tokens can follow on the line.
     fn is_flat(&self) -> bool {
         !self.is_line() && !self.text.contains('\n')
     }
@@ -44,7 +44,7 @@ impl Comment {
 /// A document with the comments around its root value.
 pub(super) struct Text<'a> {
     pub(super) leading: Vec<Comment>,
-    /// The gap between the last of the `leading` comments and the root value.
+    /// The number of line ends between the last of the `leading` comments and the root value.
     pub(super) gap: Gap,
     pub(super) root: Node<'a>,
     pub(super) trailing: Vec<Comment>,
@@ -73,7 +73,7 @@ pub(super) struct Container<'a> {
 /// A member of an object or an element of an array.
 pub(super) struct Item<'a> {
     pub(super) leading: Vec<Comment>,
-    /// The gap before the key or the value, after the `leading` comments.
+    /// The number of line ends before the key or the value, after the `leading` comments.
     pub(super) gap: Gap,
     pub(super) key: Option<Cow<'a, str>>,
     pub(super) value: Node<'a>,
@@ -102,7 +102,7 @@ impl Node<'_> {
 }
 
 impl Item<'_> {
-    /// The gap before the item and its comments.
+    /// The number of line ends before the item and its comments.
     pub(super) fn start(&self) -> Gap {
         self.leading.first().map_or(self.gap, |comment| comment.gap)
     }
@@ -118,7 +118,7 @@ impl Item<'_> {
         Some(text)
     }
 
-    /// Whether the item takes several lines.
+    /// Returns `true` if the item takes several lines.
     fn is_broken(&self) -> bool {
         let inner = self.leading.iter().map(|comment| comment.gap).skip(1);
         let inner = inner.chain((!self.leading.is_empty()).then_some(self.gap));
@@ -133,7 +133,7 @@ impl Item<'_> {
 }
 
 impl<'a> Container<'a> {
-    /// Creates a container; `end` is the gap before its closing bracket.
+    /// Creates an array or an object; `end` is the number of line ends before its closing bracket.
     pub(super) fn new(
         is_object: bool,
         opening: Vec<Comment>,
@@ -164,7 +164,7 @@ impl<'a> Container<'a> {
         }
     }
 
-    /// The only item, if the container has exactly one, without comments and on the line of the opening bracket. `None`
+    /// The only item of the container, if it has no comments and is on the line of the opening bracket. `None`
     /// otherwise.
     pub(super) fn only_item(&self) -> Option<&Item<'a>> {
         match self.items.as_slice() {
@@ -175,7 +175,7 @@ impl<'a> Container<'a> {
         }
     }
 
-    /// Whether the container is an array of scalars only.
+    /// Returns `true` if the container is an array of scalars only.
     pub(super) fn is_list(&self) -> bool {
         !self.is_object && self.items.iter().all(|item| matches!(item.value, Node::Scalar(_)))
     }

@@ -26,7 +26,8 @@ use crate::diagnostic::{Diagnostic, Diagnostics, MAX_DIAGNOSTICS, codes, list_of
 use rules::{Additional, Alternatives, Branch, Node, Rules};
 
 impl Schema {
-    /// Checks `value` against the schema, and adds diagnostics; `pointer` is the JSON pointer of the value.
+    /// Checks `value` against the schema, and adds a diagnostic for each violation. `pointer` is the JSON pointer of
+    /// the value.
     pub fn check(&self, value: &Value, pointer: &str, diagnostics: &mut Diagnostics) {
         let mut checker = Checker { schema: self, diagnostics, description: None };
         checker.value(value, &self.start, &Pointer::Text(pointer), 0);
@@ -36,7 +37,8 @@ impl Schema {
 struct Checker<'a, 'd> {
     schema: &'a Schema,
     diagnostics: &'d mut Diagnostics,
-    /// The schema's description of the current value, or of the closest value around it that has one.
+    /// The schema's description of the current value, or of the closest enclosing value with a description. `None` if
+    /// there is none.
     description: Option<&'a str>,
 }
 
@@ -135,8 +137,8 @@ impl<'a> Checker<'a, '_> {
         }
     }
 
-    /// Checks that an object has exactly one of the keys `keys`. If it has none but an unknown key, only that key is
-    /// reported, since it is probably misspelt.
+    /// Checks that an object has exactly one of the keys `keys`. If the object has none of them but an unknown key,
+    /// nothing is reported here: the unknown key is probably misspelt, and is reported itself.
     fn exactly_one_key(&mut self, value: &Value, rules: &Rules, keys: &[String], pointer: &Pointer<'_>) {
         let Some(entries) = value.entries() else { return };
         let mut found = entries.iter().filter(|entry| keys.contains(&entry.key));
@@ -269,7 +271,8 @@ impl<'a> Checker<'a, '_> {
         self.diagnostics.extend(best.into_iter().flatten());
     }
 
-    /// Checks an object against alternatives that each require a different key, by the key that the object has.
+    /// Checks an object against alternatives that each require a different key, the tag. The tag that the object has
+    /// selects the alternative.
     fn tagged(
         &mut self,
         value: &Value,
@@ -303,7 +306,8 @@ impl<'a> Checker<'a, '_> {
         }
     }
 
-    /// Reports a diagnostic. If it has no help text, it gets the first sentence of the schema's description.
+    /// Reports a diagnostic. Without a help text of its own, the first sentence of the schema's description becomes the
+    /// help text.
     fn push(&mut self, diagnostic: Diagnostic, pointer: &Pointer<'_>) {
         let mut diagnostic = diagnostic.pointer(pointer);
         if diagnostic.help.is_none() {
@@ -323,7 +327,8 @@ fn first_sentence(description: &str) -> String {
     sentence.trim_end_matches('.').to_owned()
 }
 
-/// Creates the diagnostic for a key that is not one of `known`; `beside` are all members of its object.
+/// Creates the diagnostic for a key that is not one of `known`; `beside` lists all members of the object that contains
+/// the key.
 pub fn unknown_key(entry: &Entry, known: &[&str], beside: &[Entry]) -> Diagnostic {
     let diagnostic =
         Diagnostic::error(codes::UNKNOWN_KEY, entry.key_span, format!("unknown key \"{}\"", entry.key));
@@ -341,7 +346,7 @@ fn is_expression(text: &str) -> bool {
     matches!(Written::of(text), Written::Expression(_))
 }
 
-/// Whether a string could be a name in an expression.
+/// Returns `true` if a string could be a name in an expression.
 fn is_name(text: &str) -> bool {
     text.starts_with(|first: char| first.is_ascii_alphabetic() || first == '_')
         && text.chars().all(|each| each.is_ascii_alphanumeric() || each == '_')

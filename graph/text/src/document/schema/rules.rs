@@ -15,19 +15,20 @@ pub struct Schema {
     pub(super) start: Node,
 }
 
-/// A schema or a reference to one, with its own description.
+/// A JSON Schema or a `$ref` to one, with the description that is written beside the keywords.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Node {
     /// The description of this schema itself, not of a schema that it refers to.
     pub(super) description: Option<String>,
-    /// The index of the rules after following all references; `None` if there are none.
+    /// The index of the schema's rules in [`Schema`], with all `$ref`s followed. `None` if the schema is not an object,
+    /// or a `$ref` does not resolve.
     rules: Option<usize>,
 }
 
 /// The rules of one schema, by JSON Schema keyword.
 #[derive(Debug, Default)]
 pub(super) struct Rules {
-    /// Lists of keys, of each of which an object must have exactly one (`oneOf` or `anyOf` beside `properties`).
+    /// Lists of keys (`oneOf` or `anyOf` beside `properties`). An object must have exactly one key of each list.
     pub(super) one_key: Vec<Vec<String>>,
     pub(super) alternatives: Option<Alternatives>,
     pub(super) all_of: Vec<Node>,
@@ -68,7 +69,7 @@ pub(super) enum Additional {
 #[derive(Debug)]
 pub(super) struct Required {
     pub(super) key: String,
-    /// The first line of the schema's description of the key.
+    /// The first sentence of the key's description in the schema; `None` if there is none.
     pub(super) description: Option<String>,
 }
 
@@ -135,7 +136,8 @@ impl Types {
         }
     }
 
-    /// The types in the value of the keyword `type`, without null.
+    /// Returns the types that the JSON Schema keyword `type` lists, without null; all types if the keyword's value is
+    /// invalid.
     fn listed(types: &Json) -> Self {
         match types {
             Json::String(name) => Self::named(name),
@@ -152,7 +154,7 @@ impl Types {
         Types(self.0 | other.0)
     }
 
-    /// Whether a value has one of the types.
+    /// Returns `true` if the value has one of the types.
     pub(super) fn have(self, value: &Value) -> bool {
         let found = match &value.kind {
             Kind::Null | Kind::Missing => Self::named("null"),
