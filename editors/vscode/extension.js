@@ -15,9 +15,25 @@ const address = (wanted) => vscode.Uri.from({
   query: JSON.stringify(wanted),
 });
 
+const execute = (command, argument) =>
+  client.sendRequest("workspace/executeCommand", { command, arguments: [argument] });
+
 async function generate(uri) {
-  const run = { command: "umbragraph.wgsl", arguments: [JSON.parse(uri.query)] };
-  shown.set(uri.toString(), await client.sendRequest("workspace/executeCommand", run));
+  shown.set(uri.toString(), await execute("umbragraph.wgsl", JSON.parse(uri.query)));
+}
+
+// Values, WGSL and diagnostics as one types are those of this configuration.
+async function choose({ pipeline }, refresh) {
+  try {
+    const listed = await execute("umbragraph.configurations", { pipeline });
+    const items = listed.map((one) => ({ label: one.label, detail: one.detail, configuration: one.configuration }));
+    const picked = await vscode.window.showQuickPick(items, { placeHolder: "Show this configuration", matchOnDetail: true });
+    if (!picked) return;
+    await execute("umbragraph.configure", { pipeline, configuration: picked.configuration });
+    await refresh();
+  } catch (error) {
+    vscode.window.showErrorMessage(error.message);
+  }
 }
 
 function wgsl(context, patterns) {
@@ -62,6 +78,7 @@ function wgsl(context, patterns) {
       const document = await vscode.workspace.openTextDocument(uri);
       await vscode.window.showTextDocument(document, { viewColumn: vscode.ViewColumn.Beside, preview: true });
     }),
+    vscode.commands.registerCommand("umbragraph.chooseConfiguration", (asked) => choose(asked, refresh)),
     vscode.workspace.onDidChangeTextDocument(({ document }) => {
       if (patterns.some((pattern) => vscode.languages.match({ scheme: "file", pattern }, document))) soon();
     }),

@@ -11,14 +11,17 @@ use lsp_types::request::{
 use lsp_types::{
     CodeAction, CodeActionKind, CodeActionOrCommand, CodeActionParams, CompletionItem, CompletionItemKind,
     CompletionParams, CompletionTextEdit, DocumentFormattingParams, DocumentSymbolParams, Documentation,
-    GotoDefinitionParams, Hover, HoverContents, HoverParams, InlayHint, InlayHintLabel, InlayHintParams,
-    Location, MarkupContent, MarkupKind, PrepareRenameResponse, Range, ReferenceParams, RenameParams,
-    SemanticTokensParams, TextDocumentIdentifier, TextDocumentPositionParams, TextEdit, WorkspaceEdit,
+    ExecuteCommandParams, GotoDefinitionParams, Hover, HoverContents, HoverParams, InlayHint, InlayHintLabel,
+    InlayHintParams, Location, MarkupContent, MarkupKind, PrepareRenameResponse, Range, ReferenceParams,
+    RenameParams, SemanticTokensParams, TextDocumentIdentifier, TextDocumentPositionParams, TextEdit,
+    WorkspaceEdit,
 };
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::Value as Json;
 
+use crate::capabilities::COMMANDS;
+use crate::configuration;
 use crate::generated;
 use crate::outline;
 use crate::position::is_whole;
@@ -52,12 +55,20 @@ pub(crate) fn answer(workspace: &mut Workspace, method: &str, params: Json) -> O
         InlayHintRequest::METHOD => with(params, |params| hints(workspace, &params)),
         Formatting::METHOD => with(params, |params| formatted(workspace, params)),
         CodeLensRequest::METHOD => with(params, |params| generated::lenses(workspace, &params)),
-        ExecuteCommand::METHOD => {
-            parsed(params).and_then(|params| json(generated::execute(workspace, params)?))
-        }
+        ExecuteCommand::METHOD => parsed(params).and_then(|params| execute(workspace, params)),
         CodeActionRequest::METHOD => with(params, |params| Some(actions(workspace, &params))),
         _ => return None,
     })
+}
+
+fn execute(workspace: &mut Workspace, params: ExecuteCommandParams) -> Answer {
+    let argument = params.arguments.into_iter().next().unwrap_or_default();
+    match params.command.as_str() {
+        generated::TEXT => json(generated::execute(workspace, argument)?),
+        configuration::LIST => json(configuration::list(workspace, argument)?),
+        configuration::CONFIGURE => json(configuration::configure(workspace, argument)?),
+        other => Err(format!("`{other}` is not a command of this server; it has {}", COMMANDS.join(", "))),
+    }
 }
 
 fn with<P: DeserializeOwned, R: Serialize>(params: Json, answer: impl FnOnce(P) -> Option<R>) -> Answer {

@@ -10,10 +10,14 @@ use lsp_types::{
 };
 use serde_json::Value as Json;
 
+use crate::configuration;
 use crate::generated;
 use crate::outline;
 use crate::position::Encoding;
 use crate::workspace::document_path;
+
+/// The commands that the server runs.
+pub(crate) const COMMANDS: [&str; 3] = [generated::TEXT, configuration::LIST, configuration::CONFIGURE];
 
 pub(crate) fn encoding(params: &Json) -> Encoding {
     let offered = params.pointer("/capabilities/general/positionEncodings").and_then(Json::as_array);
@@ -65,7 +69,7 @@ pub(crate) fn capabilities(encoding: Encoding) -> ServerCapabilities {
         document_formatting_provider: Some(OneOf::Left(true)),
         code_lens_provider: Some(CodeLensOptions { resolve_provider: None }),
         execute_command_provider: Some(ExecuteCommandOptions {
-            commands: vec![generated::TEXT.to_owned()],
+            commands: COMMANDS.map(str::to_owned).to_vec(),
             ..ExecuteCommandOptions::default()
         }),
         code_action_provider: Some(CodeActionProviderCapability::Simple(true)),

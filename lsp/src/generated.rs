@@ -1,7 +1,8 @@
 //! Generated WGSL: lenses at passes and in templates, the text that they show, and the way back from its lines.
 //!
 //! A lens carries the command [`SHOW`] of the client, with one argument; the server answers its own command [`TEXT`]
-//! for that argument with the text. The text is that of the configuration that values are told of.
+//! for that argument with the text. The text is that of the chosen [configuration](crate::configuration), whose lens
+//! stands at the top.
 //!
 //! Limits: templates have lenses for pipelines of which a document is open, [`MOST`] at most.
 
@@ -9,10 +10,11 @@ use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::Arc;
 
-use lsp_types::{CodeLens, CodeLensParams, Command, ExecuteCommandParams, Range, Uri};
+use lsp_types::{CodeLens, CodeLensParams, Command, Range, Uri};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value as Json, json};
 
+use crate::configuration;
 use crate::workspace::{Workspace, document_path, is_template};
 use umbragraph_graph::pipeline::{ProgramVariant, TypedPipeline};
 use umbragraph_session::Target;
@@ -55,13 +57,23 @@ fn variants(
     })
 }
 
-fn lens(range: Range, title: String, wanted: &Wanted) -> Option<CodeLens> {
-    let arguments = Some(vec![serde_json::to_value(wanted).ok()?]);
-    Some(CodeLens {
-        range,
-        command: Some(Command { title, command: SHOW.to_owned(), arguments }),
-        data: None,
-    })
+fn lens(range: Range, title: String, command: &str, argument: impl Serialize) -> Option<CodeLens> {
+    let arguments = Some(vec![serde_json::to_value(argument).ok()?]);
+    let command = Command { title, command: command.to_owned(), arguments };
+    Some(CodeLens { range, command: Some(command), data: None })
+}
+
+/// The lens that chooses the configuration of a pipeline; `None` if there is nothing to choose.
+fn choosing(workspace: &mut Workspace, target: &Target, path: &Path) -> Option<CodeLens> {
+    let loaded = workspace.sure(|session| session.load(target));
+    let document = loaded.document().filter(|document| configuration::has_choice(document))?;
+    let of = match target.path == path {
+        true => String::new(),
+        false => format!(" of {}", document.root.get("name").and_then(|name| name.text()).unwrap_or("?")),
+    };
+    let now = configuration::title(workspace.configurations.get(&target.path));
+    let argument = json!({ "pipeline": workspace.uri(&target.path)? });
+    lens(Range::default(), format!("Configuration{of}: {now}"), configuration::CHOOSE, argument)
 }
 
 /// Returns the mesh properties of a variant as the end of a title: a list in parentheses, or an empty string.
@@ -80,9 +92,10 @@ pub(crate) fn lenses(workspace: &mut Workspace, params: &CodeLensParams) -> Opti
         return Some(of_template(workspace, &path));
     }
     let target = workspace.target(&path)?;
-    let pipeline = workspace.pipeline(&target)?;
-    let own = workspace.uri(&target.path)?;
-    let mut lenses: Vec<CodeLens> = Vec::new();
+    let mut lenses: Vec<CodeLens> = choosing(workspace, &target, &path).into_iter().collect();
+    let (Some(pipeline), Some(own)) = (workspace.pipeline(&target), workspace.uri(&target.path)) else {
+        return Some(lenses);
+    };
     for (pass, variants) in variants(&pipeline) {
         let Some(place) = workspace.location(pass.place) else { continue };
         // Of a pass in a loop the first round is shown.
@@ -92,7 +105,7 @@ pub(crate) fn lenses(workspace: &mut Workspace, params: &CodeLensParams) -> Opti
         }
         let shown = variants.iter().enumerate().take(MOST).filter_map(|(variant, one)| {
             let wanted = Wanted { pipeline: own.clone(), pass: pass.name.clone(), variant };
-            lens(place.range, format!("WGSL{}", of_properties(one)), &wanted)
+            lens(place.range, format!("WGSL{}", of_properties(one)), SHOW, &wanted)
         });
         let shown: Vec<CodeLens> = shown.collect();
         lenses.extend(shown);
@@ -101,41 +114,44 @@ pub(crate) fn lenses(workspace: &mut Workspace, params: &CodeLensParams) -> Opti
 }
 
 fn of_template(workspace: &mut Workspace, path: &Path) -> Vec<CodeLens> {
-    let mut lenses = Vec::new();
+    let (mut choices, mut texts) = (Vec::new(), Vec::new());
     let mut shown = BTreeSet::new();
     for target in workspace.told() {
-        let (Some(pipeline), Some(uri)) = (workspace.pipeline(&target), workspace.uri(&target.path)) else {
-            continue;
-        };
+        let Some(uri) = workspace.uri(&target.path) else { continue };
         let is_it = |name: &str| Path::new(name) == path;
-        for (pass, variants) in variants(&pipeline) {
+        let pipeline = workspace.pipeline(&target);
+        // A template with errors is part of no variant.
+        let mut is_used = workspace.has_diagnostics(&target, path);
+        for (pass, variants) in pipeline.iter().flat_map(|pipeline| variants(pipeline)) {
             for (variant, one) in variants.iter().enumerate() {
-                if lenses.len() >= MOST {
-                    return lenses;
-                }
                 let files: BTreeSet<_> =
                     one.module.map.pieces().filter_map(|(_, span)| Some(span?.file)).collect();
                 let mut files = files.into_iter().filter_map(|file| workspace.session.sources().get(file));
-                if !files.any(|file| is_it(file.name())) || !shown.insert(one.module.hash) {
+                if !files.any(|file| is_it(file.name())) {
                     continue;
                 }
-                let title = format!("WGSL of {} in {}{}", pass.name, pipeline.name, of_properties(one));
+                is_used = true;
+                if texts.len() >= MOST || !shown.insert(one.module.hash) {
+                    continue;
+                }
+                let of = pipeline.as_ref().map_or("", |pipeline| &pipeline.name);
+                let title = format!("WGSL of {} in {of}{}", pass.name, of_properties(one));
                 let wanted = Wanted { pipeline: uri.clone(), pass: pass.name.clone(), variant };
-                lenses.extend(lens(Range::default(), title, &wanted));
+                texts.extend(lens(Range::default(), title, SHOW, &wanted));
             }
         }
+        if is_used && choices.len() < MOST {
+            choices.extend(choosing(workspace, &target, path));
+        }
     }
-    lenses
+    choices.append(&mut texts);
+    choices
 }
 
-/// Runs the server's command [`TEXT`]: returns the generated WGSL of the shader variant that the arguments name.
-pub(crate) fn execute(workspace: &mut Workspace, params: ExecuteCommandParams) -> Result<Generated, String> {
-    if params.command != TEXT {
-        return Err(format!("`{}` is no command of this server; there is {TEXT}", params.command));
-    }
-    let wanted = params.arguments.into_iter().next().unwrap_or_default();
+/// Runs the server's command. Returns the text of a variant.
+pub(crate) fn execute(workspace: &mut Workspace, argument: Json) -> Result<Generated, String> {
     let wanted: Wanted =
-        serde_json::from_value(wanted).map_err(|error| format!("the argument of {TEXT}: {error}"))?;
+        serde_json::from_value(argument).map_err(|error| format!("the argument of {TEXT}: {error}"))?;
     let missing = |what: &str| format!("{} has no {what} at the moment", wanted.pipeline.as_str());
     let path = document_path(&wanted.pipeline).ok_or_else(|| missing("path"))?;
     let pipeline =
@@ -166,7 +182,7 @@ fn generated(workspace: &Workspace, wanted: &Wanted, variant: &ProgramVariant) -
 }
 
 impl Workspace {
-    /// Returns a pipeline in its default configuration; `None` if an error keeps it from being loaded.
+    /// A pipeline in the configuration that the editor shows; `None` if an error keeps it from being loaded.
     fn pipeline(&mut self, target: &Target) -> Option<Arc<TypedPipeline>> {
         let choice = self.choice(target);
         self.sure(|session| session.plan(target, &choice)).0.report.pipeline

@@ -10,6 +10,7 @@
 
 mod answers;
 mod capabilities;
+mod configuration;
 mod generated;
 mod outline;
 mod position;

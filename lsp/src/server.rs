@@ -13,7 +13,9 @@ use lsp_types::notification::{
     DidChangeTextDocument, DidChangeWatchedFiles, DidCloseTextDocument, DidOpenTextDocument,
     DidSaveTextDocument, Notification as _, PublishDiagnostics,
 };
-use lsp_types::request::{CodeLensRefresh, Initialize, RegisterCapability, Request as _, Shutdown};
+use lsp_types::request::{
+    CodeLensRefresh, Initialize, InlayHintRefreshRequest, RegisterCapability, Request as _, Shutdown,
+};
 use lsp_types::{
     DidChangeTextDocumentParams, DidChangeWatchedFilesParams, DidCloseTextDocumentParams,
     DidOpenTextDocumentParams, PublishDiagnosticsParams,
@@ -41,6 +43,8 @@ pub struct Server {
     is_watching: bool,
     /// Whether the client supports requests to fetch code lenses again.
     has_lens_refresh: bool,
+    /// Whether the client can be told that inlay hints are others.
+    has_hint_refresh: bool,
 }
 
 impl std::fmt::Debug for Server {
@@ -69,13 +73,17 @@ impl Server {
             "serverInfo": { "name": "umbragraph", "version": env!("CARGO_PKG_VERSION") },
         });
         let workspace = Workspace::new(open(&folders), folders, encoding);
-        let refresh = "/capabilities/workspace/codeLens/refreshSupport";
+        let has_refresh = |of: &str| {
+            let way = format!("/capabilities/workspace/{of}/refreshSupport");
+            params.pointer(&way) == Some(&Json::Bool(true))
+        };
         let mut server = Self {
             workspace,
             out: Vec::new(),
             published: BTreeSet::new(),
             is_watching: false,
-            has_lens_refresh: params.pointer(refresh) == Some(&Json::Bool(true)),
+            has_lens_refresh: has_refresh("codeLens"),
+            has_hint_refresh: has_refresh("inlayHint"),
         };
         server.watch(params);
         (server, answer)
@@ -139,9 +147,15 @@ impl Server {
         let before = self.workspace.told();
         let files = self.workspace.tell();
         // Templates have lenses of pipelines that are told of, and these have none while they are broken.
-        if self.has_lens_refresh && (!files.is_empty() || self.workspace.told() != before) {
+        let is_reconfigured = self.workspace.take_reconfigured();
+        let has_other_lenses = is_reconfigured || !files.is_empty() || self.workspace.told() != before;
+        if self.has_lens_refresh && has_other_lenses {
             let refresh = CodeLensRefresh::METHOD.to_owned();
             self.send(Request::new("lenses".to_owned().into(), refresh, Json::Null));
+        }
+        if self.has_hint_refresh && is_reconfigured {
+            let refresh = InlayHintRefreshRequest::METHOD.to_owned();
+            self.send(Request::new("hints".to_owned().into(), refresh, Json::Null));
         }
         self.publish(files);
     }

@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 
 use lsp_types::{DiagnosticRelatedInformation, DiagnosticSeverity, Location, NumberOrString, Range, Uri};
 
+use crate::configuration::{Chosen, Configurations};
 use crate::position::{Encoding, is_whole, path_of, uri_of};
 use umbragraph_graph::compiler::PlanOptions;
 use umbragraph_graph::compose::read_bytes;
@@ -50,6 +51,9 @@ pub(crate) struct Workspace {
     changed: BTreeSet<PathBuf>,
     /// Pipelines that were planned, but not checked in all configurations, since they changed.
     unchecked: BTreeSet<Target>,
+    pub(crate) configurations: Configurations,
+    /// Whether a configuration was chosen since lenses and hints were last refreshed.
+    is_reconfigured: bool,
 }
 
 impl Workspace {
@@ -66,6 +70,8 @@ impl Workspace {
             found: BTreeMap::new(),
             changed: BTreeSet::new(),
             unchecked: BTreeSet::new(),
+            configurations: Configurations::new(),
+            is_reconfigured: false,
         }
     }
 
@@ -224,18 +230,37 @@ impl Workspace {
         }) && !self.planned(target).has_errors()
     }
 
-    /// Returns the configuration whose values the editor shows: the first profile that the pipeline claims, default
-    /// values, and an image of the size [`SIZE`].
+    /// Returns the configuration whose values the editor shows: the one that the client chose, or else that of the
+    /// command without further arguments.
     pub(crate) fn choice(&mut self, target: &Target) -> Choice {
+        self.choice_and_diagnostics(target).0
+    }
+
+    fn choice_and_diagnostics(&mut self, target: &Target) -> (Choice, Diagnostics) {
         let loaded = self.sure(|session| session.load(target));
         let profiles = loaded.understood().map(|composed| profiles(&composed.document));
         let first = profiles.and_then(|profiles| profiles.into_iter().next());
-        Choice::new(first.unwrap_or_else(TargetProfile::webgpu), PlanOptions::new(SIZE[0], SIZE[1]))
+        let Chosen { overrides, diagnostics } = self.chosen(target, loaded.document());
+        let plan = PlanOptions::new(SIZE[0], SIZE[1]);
+        (Choice::new(first.unwrap_or_else(TargetProfile::webgpu), plan).overrides(overrides), diagnostics)
     }
 
-    fn planned(&mut self, target: &Target) -> Diagnostics {
-        let choice = self.choice(target);
-        self.sure(|session| session.plan(target, &choice)).1
+    /// Returns the diagnostics of a pipeline in the configuration that the editor shows.
+    pub(crate) fn planned(&mut self, target: &Target) -> Diagnostics {
+        let (choice, mut diagnostics) = self.choice_and_diagnostics(target);
+        diagnostics.extend(self.sure(|session| session.plan(target, &choice)).1);
+        diagnostics
+    }
+
+    /// Plans a pipeline again, since another configuration was chosen.
+    pub(crate) fn reconfigured(&mut self, path: &Path) {
+        self.changed.insert(path.to_owned());
+        self.is_reconfigured = true;
+    }
+
+    /// Returns `true` once after a configuration was chosen.
+    pub(crate) fn take_reconfigured(&mut self) -> bool {
+        std::mem::take(&mut self.is_reconfigured)
     }
 
     /// Plans the pipelines of all changed files again. Returns the files whose diagnostics may have changed.
@@ -316,6 +341,9 @@ impl Workspace {
         let survey = Survey::new(profiles, PlanOptions::new(SIZE[0], SIZE[1])).threads(threads);
         let (_, mut diagnostics) = self.session.check(&target, &survey, judges).ok()?;
         diagnostics.merge();
+        // Of all configurations, the chosen one may be one that the pipeline no longer has.
+        let chosen = self.planned(&target);
+        diagnostics.extend(chosen.into_iter().filter(|one| self.is_of_configuration(one)));
         self.unchecked.remove(&target);
         Some(self.replace(&target, Some(diagnostics)))
     }
@@ -344,7 +372,12 @@ impl Workspace {
         files
     }
 
-    /// Returns the diagnostics of a file. A diagnostic that several pipelines share is returned once.
+    /// Returns `true` if diagnostics of a pipeline are published for this file.
+    pub(crate) fn has_diagnostics(&self, target: &Target, path: &Path) -> bool {
+        self.found.get(target).and_then(|files| files.get(path)).is_some_and(|found| !found.is_empty())
+    }
+
+    /// The diagnostics of a file, each once.
     pub(crate) fn of_file(&self, path: &Path) -> Vec<&Found> {
         let mut all: Vec<&Found> = Vec::new();
         for one in self.found.values().filter_map(|files| files.get(path)).flatten() {

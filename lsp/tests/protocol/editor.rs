@@ -7,7 +7,8 @@ use std::time::Duration;
 use lsp_server::{Connection, Message, Notification, Request, RequestId};
 use serde_json::{Value as Json, json};
 use umbragraph::diagnostic::Diagnostics;
-use umbragraph::low_level::session::Session;
+use umbragraph::low_level::compose::Roots;
+use umbragraph::low_level::session::{Session, Template, TemplateText};
 use umbragraph::{DiskStorage, with_templates};
 
 pub(crate) fn root() -> PathBuf {
@@ -47,7 +48,11 @@ impl Editor {
         (editor, path, text)
     }
 
-    pub(crate) fn start_with(folder: &Path, session: fn() -> Session, of_workspace: Json) -> Self {
+    pub(crate) fn start_with(
+        folder: &Path,
+        session: impl FnOnce() -> Session + Send + 'static,
+        of_workspace: Json,
+    ) -> Self {
         let (connection, servers) = Connection::memory();
         let server = std::thread::spawn(move || {
             // All configurations are the business of `check`, which has tests of its own.
@@ -168,6 +173,16 @@ impl Drop for Editor {
             }
         }
     }
+}
+
+/// A session with templates of files.
+pub(crate) fn session_with(templates: &[PathBuf]) -> Session {
+    let template = |path: &PathBuf| {
+        let name = path.file_name().and_then(|name| name.to_str()).expect("a name").to_owned();
+        let text = TemplateText::File { path: path.clone(), roots: Roots::of(path) };
+        Template { name, text }
+    };
+    Session::new(DiskStorage, umbragraph::registry(), with_templates(templates.iter().map(template)))
 }
 
 pub(crate) fn uri(path: &Path) -> String {

@@ -1,5 +1,6 @@
 //! The server as an editor meets it.
 
+mod configurations;
 mod editor;
 mod fresh;
 mod services;
