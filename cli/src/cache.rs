@@ -129,7 +129,7 @@ impl Keep for Cache {
 
 /// Returns the folder that `UMBRAGRAPH_CACHE` names, or `umbragraph` in the user's cache folder. `None` if the variable
 /// is empty, or no cache folder is known.
-fn users_folder() -> Option<PathBuf> {
+pub(crate) fn users_folder() -> Option<PathBuf> {
     if let Some(folder) = std::env::var_os("UMBRAGRAPH_CACHE") {
         return (!folder.is_empty()).then(|| folder.into());
     }

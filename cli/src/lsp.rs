@@ -7,6 +7,7 @@ use umbragraph::low_level::compose::normalize;
 use umbragraph::low_level::session::Judges;
 
 use crate::arguments::{Files, LspArguments};
+use crate::cache::users_folder;
 use crate::session::{Session, dry_run};
 use crate::streams::complain;
 
@@ -18,9 +19,10 @@ pub(crate) fn run(arguments: &LspArguments) -> bool {
         let root = arguments.root.iter().map(|path| whole(path, folders)).chain(folders.iter().cloned());
         Session::new(&Files { extension: Vec::new(), templates, root: root.collect() }).into_session()
     };
+    let library = users_folder().map(|folder| folder.join("templates").join(env!("CARGO_PKG_VERSION")));
     let (connection, threads) = Connection::stdio();
     let judges: Judges<'_> = &mut |profile| Box::new(dry_run(profile));
-    let served = umbragraph_lsp::serve(session, &connection, judges);
+    let served = umbragraph_lsp::serve(session, &connection, library, judges);
     drop(connection);
     let closed = threads.join();
     let failed = served.err().map(|error| error.to_string()).or(closed.err().map(|error| error.to_string()));

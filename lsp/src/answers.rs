@@ -25,6 +25,7 @@ use crate::configuration;
 use crate::generated;
 use crate::outline;
 use crate::position::is_whole;
+use crate::templates::{self, Template, is_axes};
 use crate::workspace::{Workspace, document_path, is_document};
 use umbragraph_graph::diagnostic::Fix;
 use umbragraph_graph::document::format;
@@ -45,6 +46,9 @@ pub(crate) fn answer(workspace: &mut Workspace, method: &str, params: Json) -> O
         PrepareRenameRequest::METHOD => with(params, |params| prepare_rename(workspace, params)),
         Rename::METHOD => parsed(params).and_then(|params| json(rename(workspace, params)?)),
         DocumentSymbolRequest::METHOD => with(params, |params: DocumentSymbolParams| {
+            if let Some(Template::Wgsl(file)) = Template::of(workspace, &params.text_document) {
+                return Some(templates::symbols(workspace, file));
+            }
             let (file, document) = of_document(workspace, &params.text_document)?;
             Some(outline::symbols(&document.root, source(workspace, file)?, workspace.encoding))
         }),
@@ -114,8 +118,10 @@ fn of_document(
     workspace: &mut Workspace,
     document: &TextDocumentIdentifier,
 ) -> Option<(FileId, umbragraph_graph::document::Document)> {
-    let path = document_path(&document.uri).filter(|path| is_document(path))?;
-    workspace.target(&path)?;
+    let path = document_path(&document.uri)?;
+    if !is_axes(&path) {
+        workspace.target(Some(&path).filter(|path| is_document(path))?)?;
+    }
     workspace.session.parsed(&path)
 }
 
@@ -124,8 +130,15 @@ fn range(workspace: &Workspace, place: Span) -> Option<Range> {
 }
 
 fn completion(workspace: &mut Workspace, params: CompletionParams) -> Option<Vec<CompletionItem>> {
-    let asked = Asked::of(workspace, params.text_document_position)?;
-    let expected = workspace.sure(|session| session.expected_at(&asked.cursor()))?;
+    let at = params.text_document_position;
+    let expected = match Template::at(workspace, &at) {
+        Some((Template::Wgsl(file), offset)) => workspace.session.template_expected(file, offset)?,
+        Some((Template::Axes(path), offset)) => workspace.session.axes_expected(&path, offset)?,
+        None => {
+            let asked = Asked::of(workspace, at)?;
+            workspace.sure(|session| session.expected_at(&asked.cursor()))?
+        }
+    };
     let range = range(workspace, expected.replaced)?;
     Some(expected.candidates.into_iter().map(|candidate| item(candidate, range)).collect())
 }
@@ -143,6 +156,7 @@ fn item(candidate: Candidate, range: Range) -> CompletionItem {
         }
         CandidateKind::Name(DeclarationKind::Pass | DeclarationKind::Subgraph) => CompletionItemKind::METHOD,
         CandidateKind::Name(_) => CompletionItemKind::CONSTANT,
+        CandidateKind::OfTemplate(item) => templates::completion_kind(item),
     };
     CompletionItem {
         label,
@@ -160,8 +174,15 @@ fn markdown(value: String) -> MarkupContent {
 }
 
 fn hover(workspace: &mut Workspace, params: HoverParams) -> Option<Hover> {
-    let asked = Asked::of(workspace, params.text_document_position_params)?;
-    let found = workspace.sure(|session| session.hover(&asked.cursor()))?;
+    let at = params.text_document_position_params;
+    let found = match Template::at(workspace, &at) {
+        Some((Template::Wgsl(file), offset)) => workspace.session.template_hover(file, offset)?,
+        Some((Template::Axes(path), offset)) => workspace.session.axes_hover(&path, offset)?,
+        None => {
+            let asked = Asked::of(workspace, at)?;
+            workspace.sure(|session| session.hover(&asked.cursor()))?
+        }
+    };
     let text = match found.is_preformatted {
         true => format!("```text\n{}\n```", found.text.trim_end()),
         false => found.text,
@@ -170,16 +191,35 @@ fn hover(workspace: &mut Workspace, params: HoverParams) -> Option<Hover> {
 }
 
 fn definition(workspace: &mut Workspace, params: GotoDefinitionParams) -> Option<Vec<Location>> {
-    let asked = Asked::of(workspace, params.text_document_position_params)?;
-    let places = workspace.sure(|session| session.definition(&asked.cursor()));
-    Some(places.into_iter().filter_map(|place| workspace.location(place)).collect())
+    let at = params.text_document_position_params;
+    let places = match Template::at(workspace, &at) {
+        Some((Template::Wgsl(file), offset)) => workspace.session.template_definition(file, offset),
+        Some((Template::Axes(_), _)) => Vec::new(),
+        None => {
+            let asked = Asked::of(workspace, at)?;
+            workspace.sure(|session| session.definition(&asked.cursor()))
+        }
+    };
+    Some(places.into_iter().filter_map(|place| workspace.readable(place)).collect())
 }
 
 fn references(workspace: &mut Workspace, params: ReferenceParams) -> Option<Vec<Location>> {
-    let asked = Asked::of(workspace, params.text_document_position)?;
-    let places = workspace.sure(|session| session.references(&asked.cursor()));
-    let wanted = places.into_iter().skip(usize::from(!params.context.include_declaration));
-    Some(wanted.filter_map(|place| workspace.location(place)).collect())
+    let (at, with_declaration) = (params.text_document_position, params.context.include_declaration);
+    let places = match Template::at(workspace, &at) {
+        Some((Template::Wgsl(file), offset)) => {
+            let declared = workspace.session.template_definition(file, offset);
+            let mut places = workspace.session.template_references(file, offset);
+            places.retain(|place| with_declaration || !declared.contains(place));
+            places
+        }
+        Some((Template::Axes(_), _)) => Vec::new(),
+        None => {
+            let asked = Asked::of(workspace, at)?;
+            let places = workspace.sure(|session| session.references(&asked.cursor()));
+            places.into_iter().skip(usize::from(!with_declaration)).collect()
+        }
+    };
+    Some(places.into_iter().filter_map(|place| workspace.location(place)).collect())
 }
 
 fn prepare_rename(

@@ -15,6 +15,7 @@ mod generated;
 mod outline;
 mod position;
 mod server;
+mod templates;
 mod workspace;
 
 use std::path::PathBuf;
@@ -33,7 +34,8 @@ const QUIET: Duration = Duration::from_millis(500);
 
 /// Serves one client of the Language Server Protocol until its `exit` notification. `open` creates the session, given
 /// the folders of the client's workspace. Documents may name files below these folders if `open` sets them as [roots of
-/// the session](Session::set_roots). `judges` adds further checks of plans to the check of all configurations, such as
+/// the session](Session::set_roots). Copies of templates that come with the module, for editors to open, are written
+/// below `library`; with `None` nothing is written. `judges` adds further checks of plans to the check of all configurations, such as
 /// a dry run on a device. A panic fails only the message that is being handled.
 ///
 /// # Errors
@@ -41,10 +43,12 @@ const QUIET: Duration = Duration::from_millis(500);
 pub fn serve(
     open: impl FnOnce(&[PathBuf]) -> Session,
     connection: &Connection,
+    library: Option<PathBuf>,
     judges: Judges<'_>,
 ) -> Result<(), ProtocolError> {
     let (id, params) = connection.initialize_start()?;
     let (mut server, answer) = Server::new(open, &params);
+    server.keep_library_in(library);
     connection.initialize_finish(id, answer)?;
     let cancel = server.cancel();
     let (sender, receiver) = unbounded();

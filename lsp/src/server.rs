@@ -89,6 +89,12 @@ impl Server {
         (server, answer)
     }
 
+    /// Sets the folder for copies of templates that come with the module, which "Go to Definition" opens. With `None`
+    /// nothing is written, and a declaration in such a template has no place.
+    pub fn keep_library_in(&mut self, folder: Option<PathBuf>) {
+        self.workspace.library = folder;
+    }
+
     /// Returns the switch that cancels a running check.
     pub fn cancel(&self) -> Cancel {
         self.workspace.cancel.clone()

@@ -38,6 +38,8 @@ pub(crate) struct Workspace {
     pub(crate) session: Session,
     pub(crate) cancel: Cancel,
     pub(crate) encoding: Encoding,
+    /// The folder for copies of templates that come with the module; `None` where nothing is written.
+    pub(crate) library: Option<PathBuf>,
     folders: Vec<PathBuf>,
     /// The current text of each document that is open in the editor, by path.
     open: BTreeMap<PathBuf, String>,
@@ -63,6 +65,7 @@ impl Workspace {
             session,
             cancel,
             encoding,
+            library: None,
             folders,
             open: BTreeMap::new(),
             readers: None,

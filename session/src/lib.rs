@@ -46,7 +46,7 @@ mod tokens;
 
 pub use assist::{
     Candidate, CandidateKind, Change, ChangeError, Changes, Computed, Cursor, Expected, Hover, Renamed, Slot,
-    Written, kind_of,
+    TemplateItem, TemplateSymbol, Written, kind_of,
 };
 pub use cancel::{Cancel, Cancelled};
 pub use choice::{Choice, Target};

@@ -54,6 +54,7 @@ impl Editor {
         of_workspace: Json,
     ) -> Self {
         let (connection, servers) = Connection::memory();
+        let library = Some(folder.join("library")).filter(|_| of_workspace["library"] == true);
         let server = std::thread::spawn(move || {
             // All configurations are the business of `check`, which has tests of its own.
             let judges: umbragraph::low_level::session::Judges<'_> =
@@ -63,7 +64,8 @@ impl Editor {
                 session.set_roots(folders);
                 session
             };
-            umbragraph_lsp::serve(open, &servers, judges).expect("a client that keeps to the protocol");
+            umbragraph_lsp::serve(open, &servers, library, judges)
+                .expect("a client that keeps to the protocol");
         });
         let (texts, published, asked) = (BTreeMap::new(), BTreeMap::new(), Vec::new());
         let mut editor = Self { connection, server: Some(server), last: 0, texts, published, asked };

@@ -4,4 +4,5 @@ mod configurations;
 mod editor;
 mod fresh;
 mod services;
+mod templates;
 mod workspace;

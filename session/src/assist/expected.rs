@@ -41,6 +41,19 @@ pub(super) fn expected(context: &Context<'_>) -> Expected {
     Expected { replaced: context.span(found.replaced), candidates: found.list }
 }
 
+/// Returns an object key with the quotes, comma and colon that the text around it lacks.
+pub(super) fn key_text(text: &str, replaced: &Range<usize>, key: &str) -> String {
+    let before = text.get(..replaced.start).unwrap_or_default();
+    let after = text.get(replaced.end..).unwrap_or_default().trim_start();
+    let quoted = serde_json::Value::from(key).to_string();
+    if after.starts_with(':') {
+        return quoted;
+    }
+    let last = tokens::last(before).unwrap_or(before.trim_end());
+    let comma = if last.ends_with(['{', ',']) { "" } else { ", " };
+    format!("{comma}{quoted}: ")
+}
+
 struct Found<'c, 'a> {
     context: &'c Context<'a>,
     site: &'c Site<'a>,
@@ -59,19 +72,7 @@ impl<'a> Found<'_, 'a> {
 
     /// Adds an object key, with the quotes, comma and colon that the text around it lacks.
     fn key(&mut self, kind: CandidateKind, key: &str, detail: Option<String>, description: Option<String>) {
-        let (before, behind) = (
-            self.context.text.get(..self.replaced.start).unwrap_or_default(),
-            self.context.text.get(self.replaced.end..).unwrap_or_default().trim_start(),
-        );
-        let quoted = serde_json::Value::from(key).to_string();
-        let text = match () {
-            () if behind.starts_with(':') => quoted,
-            () => {
-                let last = tokens::last(before).unwrap_or(before.trim_end());
-                let comma = if last.ends_with(['{', ',']) { "" } else { ", " };
-                format!("{comma}{quoted}: ")
-            }
-        };
+        let text = key_text(self.context.text, &self.replaced, key);
         let candidate = self.push(kind, key, text);
         (candidate.detail, candidate.description) = (detail, description);
     }

@@ -7,11 +7,13 @@
 //! Limits: values that another file replaces are in no composed document, so names in them lead nowhere. Paths of files
 //! are not proposed, since a [`Storage`](crate::Storage) lists none.
 
+mod axes;
 mod changes;
 mod context;
 mod expected;
 mod rules;
 mod site;
+mod template;
 mod values;
 
 use std::collections::BTreeMap;
@@ -36,6 +38,7 @@ use crate::session::Session;
 pub use changes::{Change, ChangeError, Changes, Slot, Written};
 use context::Context;
 use site::Spot;
+pub use template::{TemplateItem, TemplateSymbol};
 pub use values::Computed;
 
 /// A position in a file of a pipeline, and the configuration to show there.
@@ -92,6 +95,8 @@ pub enum CandidateKind {
     Binding,
     /// An axis of the shader template of a pass: an option that selects a shader variant.
     Axis,
+    /// A declaration in a template.
+    OfTemplate(TemplateItem),
 }
 
 /// The hover text for a position.

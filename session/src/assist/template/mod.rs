@@ -1,0 +1,412 @@
+//! Answers for editors in templates: what stands at a byte, where it is declared and used, what can stand there.
+//!
+//! A template is looked at with its *unit*: the templates that it includes, those that include it, and what these
+//! include, since their texts meet in one module. Names of WGSL lead to declarations in the unit, names in tags to the
+//! axes of the template and of those that include it, and a string in `include` to its template.
+//!
+//! Limits: no types are known, so a member leads to each structure of the unit that has one of its name. Built-in
+//! functions of WGSL are neither proposed nor explained, and nothing is renamed.
+
+mod scan;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+use super::{Candidate, CandidateKind, Expected, Hover};
+use crate::graph::shader::{Axis, TemplateSet};
+use crate::graph::source::{FileId, Sources, Span};
+use crate::session::Session;
+pub use scan::TemplateItem;
+use scan::{Declared, Scan, TagKind};
+
+/// A declaration of a template, for an outline.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct TemplateSymbol {
+    /// The kind of thing that is declared.
+    pub kind: TemplateItem,
+    /// The name as it is written; it may hold tags.
+    pub name: String,
+    /// The place of the name.
+    pub place: Span,
+    /// The place of the declaration with its attributes and body.
+    pub whole: Span,
+}
+
+/// Words that begin a statement of a template.
+const STATEMENTS: [&str; 13] = [
+    "if", "elif", "else", "endif", "for", "endfor", "include", "extends", "block", "endblock", "set",
+    "macro", "endmacro",
+];
+
+/// A template and the texts that meet in one module with it.
+struct Unit<'a> {
+    set: &'a TemplateSet,
+    /// The names of the templates, that of the cursor first.
+    names: Vec<&'a str>,
+    scans: BTreeMap<&'a str, (FileId, Scan<'a>)>,
+    /// The template of the cursor, and those that it is part of.
+    roots: BTreeSet<&'a str>,
+}
+
+/// What stands at a byte of a template.
+enum Spot<'a> {
+    /// The name of a template, in a tag.
+    Template(&'a str),
+    /// A word in a tag: an axis, or a name that the template sets.
+    OfTag(&'a str),
+    /// A word of WGSL.
+    Word(&'a str),
+    /// A word of WGSL after a dot.
+    Member(&'a str),
+}
+
+impl<'a> Unit<'a> {
+    fn new(set: &'a TemplateSet, sources: &'a Sources, file: FileId) -> Option<Self> {
+        let own = set.names().find(|name| set.file(name) == Some(file))?;
+        let mut scans = BTreeMap::new();
+        for name in set.names() {
+            let Some(id) = set.file(name) else { continue };
+            let Some(text) = sources.get(id) else { continue };
+            scans.insert(name, (id, Scan::new(text.text())));
+        }
+        let mut uses: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
+        let mut used_by: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
+        for (name, (_, scan)) in &scans {
+            for (used, _) in scan.tags.iter().filter_map(|tag| tag.template(scan.text)) {
+                if let Some((used, _)) = scans.get_key_value(used) {
+                    uses.entry(name).or_default().insert(used);
+                    used_by.entry(used).or_default().insert(name);
+                }
+            }
+        }
+        let roots: BTreeSet<&str> = reached([own], &used_by).into_iter().collect();
+        // Near ones first: what it includes, then what meets with it elsewhere.
+        let mut names = reached([own], &uses);
+        for name in reached(roots.iter().copied(), &uses) {
+            if !names.contains(&name) {
+                names.push(name);
+            }
+        }
+        Some(Self { set, names, scans, roots })
+    }
+
+    fn own(&self) -> Option<&(FileId, Scan<'a>)> {
+        self.scans.get(self.names.first()?)
+    }
+
+    /// All declarations of the unit, those of near templates first.
+    fn declared(&self) -> impl Iterator<Item = (FileId, &Scan<'a>, &Declared)> {
+        let scans = self.names.iter().filter_map(|name| self.scans.get(name));
+        scans.flat_map(|(file, scan)| scan.declared.iter().map(move |one| (*file, scan, one)))
+    }
+
+    fn named<'s>(&'s self, name: &'s str) -> impl Iterator<Item = (FileId, &'s Scan<'a>, &'s Declared)> {
+        self.declared().filter(move |(_, scan, one)| scan.name(one) == name)
+    }
+
+    /// The axes of the template at the cursor and of those that it is part of.
+    fn axes(&self) -> BTreeMap<&'a str, &'a Axis> {
+        let axes = self.names.iter().filter(|name| self.roots.contains(*name));
+        let axes = axes.filter_map(|name| self.set.axes(name)).flat_map(|axes| axes.iter());
+        axes.map(|axis| (axis.name.as_str(), axis)).collect()
+    }
+
+    /// Returns what stands at a byte of the template at the cursor, and its bytes.
+    fn spot(&self, offset: usize) -> Option<(Spot<'a>, std::ops::Range<usize>)> {
+        let (_, scan) = self.own()?;
+        if let Some(tag) = scan.tag_at(offset) {
+            if tag.kind == TagKind::Comment {
+                return None;
+            }
+            if let Some((name, range)) = tag.template(scan.text)
+                && (range.start..=range.end).contains(&offset)
+            {
+                return Some((Spot::Template(name), range));
+            }
+            let range = scan::word_at(scan.text, offset);
+            return Some((Spot::OfTag(scan.text.get(range.clone())?), range))
+                .filter(|(_, range)| !range.is_empty());
+        }
+        let range = scan.word_at(offset);
+        let word = scan.text.get(range.clone()).filter(|word| !word.is_empty())?;
+        if word.starts_with(|sign: char| sign.is_ascii_digit()) || self.is_blank(scan, &range) {
+            return None;
+        }
+        let is_declared = |one: &Declared| one.kind == TemplateItem::Member && one.name == range;
+        let is_member = scan.flat[..range.start].ends_with('.') || scan.declared.iter().any(is_declared);
+        Some((if is_member { Spot::Member(word) } else { Spot::Word(word) }, range))
+    }
+
+    /// Returns `true` for a word that is a comment in the text.
+    fn is_blank(&self, scan: &Scan<'_>, range: &std::ops::Range<usize>) -> bool {
+        scan.flat[range.clone()].trim().is_empty()
+    }
+
+    fn definition(&self, offset: usize) -> Vec<Span> {
+        let Some(((spot, _), (file, scan))) = self.spot(offset).zip(self.own()) else { return Vec::new() };
+        match spot {
+            Spot::Template(name) => {
+                self.set.file(name).map(|file| Span::new(file, 0..0)).into_iter().collect()
+            }
+            Spot::OfTag(word) => {
+                if let Some(axis) = self.axes().get(word) {
+                    return vec![axis.span];
+                }
+                let declared = self.named(word).map(|(file, _, one)| Span::new(file, one.name.clone()));
+                let first = scan.words_of_tags(word).next().map(|range| Span::new(*file, range));
+                let declared: Vec<Span> = declared.collect();
+                if declared.is_empty() { first.into_iter().collect() } else { declared }
+            }
+            Spot::Word(word) => match scan.local(word, offset) {
+                Some(range) => vec![Span::new(*file, range)],
+                None => self.spans(word, |kind| kind != TemplateItem::Member),
+            },
+            Spot::Member(word) => self.spans(word, |kind| kind == TemplateItem::Member),
+        }
+    }
+
+    fn spans(&self, word: &str, is_it: impl Fn(TemplateItem) -> bool) -> Vec<Span> {
+        let found = self.named(word).filter(|(_, _, one)| is_it(one.kind));
+        found.map(|(file, _, one)| Span::new(file, one.name.clone())).collect()
+    }
+
+    fn references(&self, offset: usize) -> Vec<Span> {
+        let Some(((spot, _), (file, scan))) = self.spot(offset).zip(self.own()) else { return Vec::new() };
+        let mut places = self.definition(offset);
+        let everywhere = |of_tags: bool, word: &'a str| {
+            let scans = self.names.iter().filter_map(|name| self.scans.get(name));
+            let found = scans.flat_map(move |(file, scan)| {
+                let ranges: Vec<_> = match of_tags {
+                    true => scan.words_of_tags(word).collect(),
+                    false => scan.words(word).collect(),
+                };
+                ranges.into_iter().map(|range| Span::new(*file, range))
+            });
+            found.collect::<Vec<Span>>()
+        };
+        match spot {
+            Spot::Template(name) => {
+                for (file, scan) in self.scans.values() {
+                    let named = scan.tags.iter().filter_map(|tag| tag.template(scan.text));
+                    places.extend(
+                        named.filter(|(one, _)| *one == name).map(|(_, range)| Span::new(*file, range)),
+                    );
+                }
+            }
+            Spot::OfTag(word) => places.extend(everywhere(true, word)),
+            Spot::Word(word) => match scan.local(word, offset).and(scan.function_at(offset)) {
+                Some(function) => {
+                    let is_in = |range: &std::ops::Range<usize>| {
+                        function.name.end <= range.start && range.end <= function.whole.end
+                    };
+                    places.extend(scan.words(word).filter(is_in).map(|range| Span::new(*file, range)));
+                }
+                None if places.is_empty() => {}
+                None => places.extend(everywhere(false, word)),
+            },
+            Spot::Member(word) => places.extend(everywhere(false, word)),
+        }
+        let mut known = BTreeSet::new();
+        places.retain(|place| known.insert((place.file, place.start)));
+        places
+    }
+
+    fn hover(&self, offset: usize) -> Option<Hover> {
+        let (spot, range) = self.spot(offset)?;
+        let (file, scan) = self.own()?;
+        let text = match spot {
+            Spot::Template(name) => {
+                let (_, scan) = self.scans.get(name)?;
+                let first =
+                    scan.tags.first().filter(|tag| tag.kind == TagKind::Comment && tag.range.start == 0);
+                first.map(|tag| tag.inner(scan.text).trim().to_owned())?
+            }
+            Spot::OfTag(word) => match self.axes().get(word) {
+                Some(axis) => {
+                    let Axis { name, kind, default, description, .. } = axis;
+                    format!("axis `{name}`: {} (default {default})\n\n{description}", kind.describe())
+                }
+                None => self.told(word, |kind| matches!(kind, TemplateItem::Macro | TemplateItem::Block))?,
+            },
+            Spot::Word(word) => match scan.local(word, offset) {
+                Some(range) => {
+                    let line = scan.text[range.start..].lines().next().unwrap_or_default();
+                    let start = scan.text[..range.start].rfind('\n').map_or(0, |at| at + 1);
+                    let before = scan.text[start..range.start].trim_start();
+                    let is_parameter =
+                        scan.function_at(offset).is_some_and(|one| range.end <= one.signature.end);
+                    match is_parameter {
+                        true => code(line.split([',', ')']).next().unwrap_or_default()),
+                        false => code(&format!("{before}{line}")),
+                    }
+                }
+                None => self.told(word, |kind| kind != TemplateItem::Member)?,
+            },
+            Spot::Member(word) => self.told(word, |kind| kind == TemplateItem::Member)?,
+        };
+        Some(Hover { place: Span::new(*file, range), text, is_preformatted: false })
+    }
+
+    /// The declarations of a name with their comments, each once.
+    fn told(&self, word: &str, is_it: impl Fn(TemplateItem) -> bool) -> Option<String> {
+        let own = self.own()?.0;
+        let mut all: Vec<String> = Vec::new();
+        for (file, scan, declared) in self.named(word).filter(|(_, _, one)| is_it(one.kind)) {
+            let mut text = code(scan.text[declared.signature.clone()].trim_end());
+            let comment = scan.comment(declared);
+            if !comment.is_empty() && declared.kind != TemplateItem::Member {
+                text.push_str(&format!("\n\n{comment}"));
+            }
+            if file != own {
+                let name = self.names.iter().find(|name| self.set.file(name) == Some(file))?;
+                text.push_str(&format!("\n\nin `{name}`"));
+            }
+            if !all.contains(&text) {
+                all.push(text);
+            }
+        }
+        (!all.is_empty()).then(|| all.join("\n\n---\n\n"))
+    }
+
+    fn expected(&self, offset: usize) -> Option<Expected> {
+        let (file, scan) = self.own()?;
+        let mut list: BTreeMap<String, Candidate> = BTreeMap::new();
+        let mut add = |kind, label: &str, detail: Option<String>, description: Option<String>| {
+            let candidate =
+                Candidate { kind, label: label.to_owned(), text: label.to_owned(), detail, description };
+            list.entry(label.to_owned()).or_insert(candidate);
+        };
+        let tag = scan.tag_at(offset);
+        let replaced = match tag {
+            Some(tag) if tag.kind == TagKind::Comment => return None,
+            Some(tag) => match tag.template(scan.text) {
+                Some((_, range)) if (range.start..=range.end).contains(&offset) => {
+                    self.scans.keys().for_each(|name| add(CandidateKind::Template, name, None, None));
+                    range
+                }
+                _ => {
+                    for axis in self.axes().values() {
+                        let detail = format!("{} ({})", axis.kind.describe(), axis.default);
+                        add(CandidateKind::Axis, &axis.name, Some(detail), Some(axis.description.clone()));
+                    }
+                    let range = scan::word_at(scan.text, offset);
+                    let is_first = scan.text[tag.range.start + 2..range.start]
+                        .trim_matches(['-', '+'])
+                        .trim()
+                        .is_empty();
+                    if is_first && tag.kind == TagKind::Statement {
+                        STATEMENTS.iter().for_each(|word| add(CandidateKind::Word, word, None, None));
+                    }
+                    range
+                }
+            },
+            None => {
+                let range = scan.word_at(offset);
+                // Within a comment nothing is proposed.
+                if scan
+                    .text
+                    .get(range.clone())
+                    .is_some_and(|word| word != &scan.flat[range.clone()] && !word.contains("{{"))
+                    || is_comment(scan, offset)
+                {
+                    return None;
+                }
+                let is_member = scan.flat[..range.start].ends_with('.');
+                for (_, scan, declared) in self.declared() {
+                    let is_wgsl = !matches!(declared.kind, TemplateItem::Macro | TemplateItem::Block);
+                    if is_wgsl && is_member == (declared.kind == TemplateItem::Member) {
+                        let signature =
+                            scan.text[declared.signature.clone()].lines().next().unwrap_or_default();
+                        let comment = scan.comment(declared);
+                        let comment = (!comment.is_empty() && !is_member).then_some(comment);
+                        add(
+                            CandidateKind::OfTemplate(declared.kind),
+                            scan.name(declared),
+                            Some(signature.trim().to_owned()),
+                            comment,
+                        );
+                    }
+                }
+                range
+            }
+        };
+        Some(Expected { replaced: Span::new(*file, replaced), candidates: list.into_values().collect() })
+    }
+}
+
+/// Returns `true` for a byte after `//` in its line, or in a block comment.
+fn is_comment(scan: &Scan<'_>, offset: usize) -> bool {
+    let line = scan.text[..offset].rfind('\n').map_or(0, |at| at + 1);
+    let (text, flat) = (&scan.text[line..offset], &scan.flat[line..offset]);
+    text.trim_end() != flat.trim_end() && text.contains("//") && !flat.contains("//")
+}
+
+fn code(text: &str) -> String {
+    format!("```wgsl\n{text}\n```")
+}
+
+/// All names that are reached, those of few steps first.
+fn reached<'a>(
+    from: impl IntoIterator<Item = &'a str>,
+    steps: &BTreeMap<&'a str, BTreeSet<&'a str>>,
+) -> Vec<&'a str> {
+    let mut all: Vec<&str> = from.into_iter().collect();
+    let mut at = 0;
+    while let Some(name) = all.get(at).copied() {
+        for next in steps.get(name).into_iter().flatten() {
+            if !all.contains(next) {
+                all.push(next);
+            }
+        }
+        at += 1;
+    }
+    all
+}
+
+impl Session {
+    /// Returns the file of a template by the path or name that its text has; `None` if no template of the session has it.
+    pub fn template_file(&mut self, name: &str) -> Option<FileId> {
+        let set = self.templates();
+        let files = set.names().filter_map(|one| set.file(one));
+        files.into_iter().find(|file| self.sources().get(*file).is_some_and(|source| source.name() == name))
+    }
+
+    fn in_template<T>(&mut self, file: FileId, answer: impl FnOnce(&Unit<'_>) -> Option<T>) -> Option<T> {
+        let set: Arc<TemplateSet> = self.templates();
+        answer(&Unit::new(&set, self.sources(), file)?)
+    }
+
+    /// Returns the declarations of a template in the order of its text.
+    pub fn template_symbols(&mut self, file: FileId) -> Vec<TemplateSymbol> {
+        let Some(source) = self.sources().get(file) else { return Vec::new() };
+        let scan = Scan::new(source.text());
+        let symbol = |one: &Declared| TemplateSymbol {
+            kind: one.kind,
+            name: scan.name(one).to_owned(),
+            place: Span::new(file, one.name.clone()),
+            whole: Span::new(file, one.whole.clone()),
+        };
+        scan.declared.iter().map(symbol).collect()
+    }
+
+    /// Returns the declarations of the name at a byte of a template: a name of WGSL, an axis, or a template that is
+    /// included. Empty if there is none.
+    pub fn template_definition(&mut self, file: FileId, offset: usize) -> Vec<Span> {
+        self.in_template(file, |unit| Some(unit.definition(offset))).unwrap_or_default()
+    }
+
+    /// Returns the declarations and uses of the name at a byte of a template, the declarations first.
+    pub fn template_references(&mut self, file: FileId, offset: usize) -> Vec<Span> {
+        self.in_template(file, |unit| Some(unit.references(offset))).unwrap_or_default()
+    }
+
+    /// Returns the hover text for a byte of a template: a declaration with its comment, or an axis. `None` elsewhere.
+    pub fn template_hover(&mut self, file: FileId, offset: usize) -> Option<Hover> {
+        self.in_template(file, |unit| unit.hover(offset))
+    }
+
+    /// Returns the completion candidates for a byte of a template; `None` in a comment.
+    pub fn template_expected(&mut self, file: FileId, offset: usize) -> Option<Expected> {
+        self.in_template(file, |unit| unit.expected(offset))
+    }
+}
