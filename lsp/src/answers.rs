@@ -272,7 +272,9 @@ type Renamed = BTreeMap<String, BTreeMap<(usize, usize), Edit>>;
 /// which to repeat the rename; `None` if no such pipeline is left.
 fn further(workspace: &mut Workspace, renamed: &Renamed, done: &BTreeSet<Target>) -> Option<Asked> {
     for (path, edits) in renamed {
-        let (path, (&(offset, _), _)) = (PathBuf::from(path), edits.first_key_value()?);
+        let path = PathBuf::from(path);
+        // An insertion names nothing.
+        let Some((&(offset, _), _)) = edits.iter().find(|((start, end), _)| start < end) else { continue };
         let targets = workspace.readers_of(&path).into_iter().map(Target::new);
         if let Some(target) = targets.into_iter().find(|target| !done.contains(target)) {
             let choice = workspace.choice(&target);

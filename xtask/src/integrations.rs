@@ -1,6 +1,6 @@
-//! `cargo xtask integrations`: the packages that adopt the module in an engine or a window, built and tested.
+//! `cargo xtask integrations`: the packages that adopt the module in an engine, a window or an editor, built and tested.
 //!
-//! They are separate packages, since their engines build slowly and need a newer Rust than the module. Each names its
+//! Those of engines and windows are separate packages, since their engines build slowly and need a newer Rust than the module. Each names its
 //! toolchain in a file `rust-toolchain.toml`; rustup installs it if it is missing. The build goes to
 //! `target/integrations/`.
 //!
@@ -38,10 +38,12 @@ const DISPLAY_PACKAGES: [&str; 7] =
 
 /// The name of the CI job that users copy, which is no package.
 const JOB: &str = "ci";
+/// The name of the language server's test over a pipe, with the protocol library of Visual Studio Code's client.
+const EDITOR: &str = "editor";
 
-/// Returns the names of all packages, and of the CI job.
+/// Returns the names of all packages, of the CI job and of the test of the language server.
 pub(crate) fn names() -> impl Iterator<Item = &'static str> {
-    std::iter::once(JOB).chain(ALL.iter().map(|integration| integration.name))
+    [JOB, EDITOR].into_iter().chain(ALL.iter().map(|integration| integration.name))
 }
 
 /// Builds and tests one integration, or all if `None`.
@@ -50,7 +52,10 @@ pub(crate) fn run(only: Option<&str>) -> Result<bool, String> {
     if only.is_none_or(|only| only == JOB) {
         failed.extend(job::run().err());
     }
-    if only != Some(JOB) && !adapter::ensure() {
+    if only.is_none_or(|only| only == EDITOR) {
+        failed.extend(editor().err().map(|reason| format!("{EDITOR}: {reason}")));
+    }
+    if !matches!(only, Some(JOB | EDITOR)) && !adapter::ensure() {
         eprintln!("tests that need a graphics adapter will fail");
     }
     for integration in ALL.iter().filter(|integration| only.is_none_or(|only| only == integration.name)) {
@@ -62,6 +67,24 @@ pub(crate) fn run(only: Option<&str>) -> Result<bool, String> {
         failed.extend(tested.err().map(|reason| format!("{}: {reason}", integration.name)));
     }
     if failed.is_empty() { Ok(true) } else { Err(failed.join("\n")) }
+}
+
+/// Tests the language server with the libraries of the extension's lock file.
+fn editor() -> Result<(), String> {
+    if !process::succeeds("npm", &["--version"]) {
+        return Err(
+            "node and npm are not installed; the test speaks to the server with a library of npm".to_owned()
+        );
+    }
+    process::run(process::program("cargo").args(["build", "--package", "umbragraph-cli"]), "cargo")?;
+    let command =
+        process::target_folder().join("debug").join(format!("umbragraph{}", std::env::consts::EXE_SUFFIX));
+    for arguments in [&process::NPM_CI[..], &["test"]] {
+        let mut npm = process::program("npm");
+        npm.current_dir(process::workspace_root().join("editors/vscode")).env("UMBRAGRAPH_COMMAND", &command);
+        process::run(npm.args(arguments), "npm")?;
+    }
+    Ok(())
 }
 
 /// Tests the viewer's window with random edits of files and random input.

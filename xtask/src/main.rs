@@ -56,8 +56,9 @@ usage: cargo xtask COMMAND
          draw two pipelines, or all with every scene, preset and debug view, under Vulkan's validation layer,
          synchronisation included, and count its messages
   integrations [NAME]
-         build and test the packages that adopt the module in an engine (bevy) or a window (egui, and the viewer), and run
-         the CI job of the guide as it is written (ci), all or one; an engine takes half an hour to build on two cores, and wants a newer Rust, which rustup installs
+         build and test the packages that adopt the module in an engine (bevy) or a window (egui, and the viewer), run the
+         CI job of the guide as it is written (ci), and test the language server with a library of Visual Studio Code's
+         client (editor; wants npm), all or one; an engine takes half an hour to build on two cores, and wants a newer Rust, which rustup installs
   view [ARGUMENT...]
          build the live viewer and run it, without arguments on `umbra` and the project's own scene; see docs/viewer.md
   soak [--seconds N] [--cases N] [--seed N]

@@ -35,7 +35,7 @@ pub(crate) fn run(options: Options) -> Result<bool, String> {
     }
     let web = process::workspace_root().join("web");
     if !is_newer(&web.join("node_modules/.package-lock.json"), &web.join("package-lock.json")) {
-        node("npm", &["ci", "--ignore-scripts", "--no-audit", "--no-fund"], &[])?;
+        node("npm", &process::NPM_CI, &[])?;
     }
     node("node", &["scripts/build.mjs"], &[&out])?;
     let site = out.join("site");
