@@ -2,5 +2,6 @@
 
 mod editor;
 mod fresh;
+mod renames;
 mod services;
 mod workspace;
