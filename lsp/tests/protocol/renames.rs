@@ -253,8 +253,19 @@ fn renames_keep_plans_and_programs_in_part_2() {
     assert!(renamed > 20 && kept > 2, "{renamed} renamed, {kept} kept, {refused} refused");
 }
 
-const TEMPLATE: &str = "{% include \"lib/fullscreen.wgsl.jinja\" %}\n@fragment\nfn main() -> @location(0) vec4<f32> {\n    \
-    return vec4<f32>({{ '1.0' if warm else '0.0' }}, {{ taps }}.0, {{ '1.0' if night else '0.0' }}, 1.0);\n}\n";
+const TEMPLATE: &str = "{% include \"lib/fullscreen.wgsl.jinja\" %}
+@fragment
+fn main() -> @location(0) vec4<f32> {
+    return vec4<f32>({{ '1.0' if warm else '0.0' }}, {{ taps }}.0, {{ '1.0' if night else '0.0' }}, 1.0);
+}
+";
+const BOUND: &str = "{% include \"lib/fullscreen.wgsl.jinja\" %}
+@group(0) @binding(0) var image: texture_2d<f32>;
+@fragment
+fn main() -> @location(0) vec4<f32> {
+    return textureLoad(image, vec2<u32>(0u), 0);
+}
+";
 const AXES: &str = r#"{ "axes": {
   "warm": { "type": "bool", "default": false, "description": "." },
   "night": { "type": "bool", "default": false, "description": "." },
@@ -274,7 +285,11 @@ impl Storage for InMemory {
 fn with_texts(texts: &[(&str, &str)]) -> Session {
     let own =
         |name: &str, text: &str| Template { name: name.to_owned(), text: TemplateText::Text(text.into()) };
-    let templates = with_templates([own("own.wgsl.jinja", TEMPLATE), own("own.axes.json", AXES)]);
+    let templates = with_templates([
+        own("own.wgsl.jinja", TEMPLATE),
+        own("own.axes.json", AXES),
+        own("bound.wgsl.jinja", BOUND),
+    ]);
     let files = texts.iter().map(|(path, text)| ((*path).to_owned(), (*text).to_owned()));
     Session::new(InMemory(Memory(files.collect())), umbragraph::registry(), templates)
 }
@@ -328,8 +343,12 @@ fn one_pass(sections: &str, settings: &str) -> String {
         r#"{{
   "format": 1, "name": "one",
   {sections}
-  "resources": {{ "target": {{ "texture": {{ "format": "rgba8unorm", "size": "=viewport", "lifetime": "imported" }} }} }},
-  "passes": {{ "fill": {{ "fullscreen": {{ "shader": "own.wgsl.jinja", {settings}"color": [{{ "to": "&target" }}] }} }} }}
+  "resources": {{
+    "target": {{ "texture": {{ "format": "rgba8unorm", "size": "=viewport", "lifetime": "imported" }} }}
+  }},
+  "passes": {{
+    "fill": {{ "fullscreen": {{ "shader": "own.wgsl.jinja", {settings}"color": [{{ "to": "&target" }}] }} }}
+  }}
 }}
 "#
     )
@@ -373,15 +392,21 @@ fn feature_is_not_renamed_to_an_axis_by_accident() {
 fn only_subgraph_files_give_axes_their_parameters() {
     let inside = |head: &str, loops: &str, body: &str| {
         format!(
-            r#"{{ {head} "inputs": {{ "to": "." }}, "parameters": {{ "taps": {{ "type": "u32", "default": 4, "description": "." }} }},
-  "passes": {{ "fill": {{ {loops} "fullscreen": {{ "shader": "own.wgsl.jinja", "color": [{{ "to": "&to" {body} }}] }} }} }} }}"#
+            r#"{{ {head} "inputs": {{ "to": "." }},
+  "parameters": {{ "taps": {{ "type": "u32", "default": 4, "description": "." }} }},
+  "passes": {{
+    "fill": {{ {loops} "fullscreen": {{ "shader": "own.wgsl.jinja", "color": [{{ "to": "&to" {body} }}] }} }}
+  }}
+}}"#
         )
     };
     let pipeline = |subgraphs: &str, used: &str, with: &str| {
         format!(
             r#"{{
   "format": 1, "name": "whole", {subgraphs}
-  "resources": {{ "target": {{ "texture": {{ "format": "rgba8unorm", "size": "=viewport", "lifetime": "imported" }} }} }},
+  "resources": {{
+    "target": {{ "texture": {{ "format": "rgba8unorm", "size": "=viewport", "lifetime": "imported" }} }}
+  }},
   "passes": {{ "part": {{ "use": "{used}", "with": {{ "to": "&target"{with} }} }} }}
 }}
 "#
@@ -437,4 +462,55 @@ fn values_that_another_file_replaces_are_renamed_with_it() {
     let (_, name) = session.renamable(&cursor).expect("nothing cancels").expect("a name");
     let edits = session.rename(&cursor, "hot").expect("nothing cancels").expect("a name").expect("a rename");
     assert_eq!((name.as_str(), edits.len()), ("warm", 2));
+}
+
+#[test]
+fn references_of_a_binding_lead_to_wgsl_and_to_passes() {
+    let pass = |to: &str| {
+        format!(
+            r#""fullscreen": {{
+      "shader": "bound.wgsl.jinja", "bind": {{ "image": "&one" }}, "color": [{{ "to": "{to}" }}]
+    }}"#
+        )
+    };
+    let text = format!(
+        r#"{{
+  "format": 1, "name": "bound",
+  "resources": {{
+    "one": {{ "texture": {{ "format": "rgba8unorm", "size": "=viewport" }} }},
+    "two": {{ "texture": {{ "format": "rgba8unorm", "size": "=viewport" }} }},
+    "target": {{ "texture": {{ "format": "rgba8unorm", "size": "=viewport", "lifetime": "imported" }} }}
+  }},
+  "passes": {{
+    "paint": {{ "fullscreen": {{ "shader": "gradient.wgsl.jinja", "color": [{{ "to": "&one" }}] }} }},
+    "first": {{ {} }},
+    "second": {{ {} }},
+    "third": {{
+      "fullscreen": {{
+        "shader": "resample.wgsl.jinja", "bind": {{ "source": "&two" }},
+        "color": [{{ "to": "&target", "blend": "add" }}]
+      }}
+    }}
+  }}
+}}
+"#,
+        pass("&two"),
+        pass("&target")
+    );
+    let mut session = with_texts(&[("bound.json", &text)]);
+    let target = Target::new("bound.json");
+    let choice = choice(&mut session, &target);
+    let offset = text.find("\"image\"").expect("a key") + 2;
+    let cursor = Cursor { target: &target, choice: &choice, path: &target.path, offset };
+    let places = session.references(&cursor).expect("nothing cancels");
+    let shown: Vec<(String, usize)> = places
+        .iter()
+        .map(|place| {
+            (session.sources().get(place.file).expect("a file").name().to_owned(), place.start as usize)
+        })
+        .collect();
+    let mut expected = vec![("bound.wgsl.jinja".to_owned(), BOUND.find("image").expect("a declaration"))];
+    expected.extend(text.match_indices("\"image\"").map(|(at, _)| ("bound.json".to_owned(), at)));
+    assert_eq!(shown, expected);
+    assert_eq!(session.definition(&cursor).expect("nothing cancels"), places[..1]);
 }

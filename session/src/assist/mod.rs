@@ -7,6 +7,7 @@
 //! Limits: values that another file replaces are in no composed document, so names in them lead nowhere. Paths of files
 //! are not proposed, since a [`Storage`](crate::Storage) lists none.
 
+mod bindings;
 mod changes;
 mod context;
 mod expected;
@@ -260,14 +261,14 @@ impl Session {
         Ok(places)
     }
 
-    /// Returns the declaration and all uses of the name at a position, the declaration first. Empty if no declared name
-    /// is there.
+    /// Returns the declaration and all uses of the name at a position, the declaration first. For the name of a binding,
+    /// these are its declaration in WGSL and the keys of the passes that bind it. Empty if no declared name is there.
     ///
     /// # Errors
     /// Returns [`Cancelled`] after [`Cancel::set`](crate::Cancel::set).
     pub fn references(&mut self, cursor: &Cursor<'_>) -> Result<Vec<Span>, Cancelled> {
         let found = self.around(cursor, |context| {
-            let (id, _) = declared_at(context)?;
+            let Some((id, _)) = declared_at(context) else { return Some(bindings::references(context)) };
             let uses = context.model.uses_of(id).map(|one| one.place);
             let mut places = vec![context.model.declaration(id).place];
             places.extend(uses);
@@ -364,10 +365,8 @@ fn definition_besides(context: &Context<'_>) -> (Vec<Span>, Option<std::path::Pa
     let folder = context.sources.get(context.file).and_then(|file| Path::new(file.name()).parent());
     let path = |name: &str| Some(normalize(&folder?.join(name)));
     match (site.spot, position.way.as_slice()) {
-        (Spot::Key { entry: Some(entry), .. }, ["passes" | "shared_settings", .., "bind"]) => {
-            let modules = context.pass(&position).map(|pass| context.modules(&pass)).unwrap_or_default();
-            let places = modules.iter().find_map(|module| expected::declared_in(module, &entry.key));
-            (places.into_iter().collect(), None)
+        (Spot::Key { entry: Some(_), .. }, ["passes" | "shared_settings", .., "bind"]) => {
+            (bindings::declared_at(context).map(|(_, place)| place).into_iter().collect(), None)
         }
         (Spot::Value(Some(value)), way) => match (value.text(), way) {
             (Some(name), [.., "shader"]) => {

@@ -4,8 +4,8 @@
 //! in every file of the document. Files declare over what they extend, and so do their presets and arguments.
 //!
 //! Limits: a name that a use puts together (`soft_{i}`) is an error, since no text there is the name. Texts that
-//! another file replaced are not in the document, and keep the old name. Templates are not known here: an axis takes the
-//! value of its own name, which the session's rename keeps.
+//! another file replaced are not in the document, and keep the old name. Templates are not known here: an axis takes
+//! the value of its own name, which the session's rename keeps.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
