@@ -3,6 +3,7 @@
 mod configurations;
 mod editor;
 mod fresh;
+mod renames;
 mod services;
 mod templates;
 mod workspace;

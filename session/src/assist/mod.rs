@@ -8,15 +8,16 @@
 //! are not proposed, since a [`Storage`](crate::Storage) lists none.
 
 mod axes;
+mod bindings;
 mod changes;
 mod context;
 mod expected;
+mod rename;
 mod rules;
 mod site;
 mod template;
 mod values;
 
-use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -29,14 +30,14 @@ use crate::graph::compose::normalize;
 use crate::graph::diagnostic::Diagnostics;
 use crate::graph::document::schema::Schema;
 use crate::graph::document::{Document, Value};
-use crate::graph::edit::{EditError, Edits, rename_declaration};
-use crate::graph::model::{DeclarationKind, Id};
+use crate::graph::model::{Declaration, DeclarationKind, Id};
 use crate::graph::pipeline::{FileKind, schema_of};
 use crate::graph::source::{FileId, Span};
 use crate::graph::why::{Subject, human, why};
 use crate::session::Session;
 pub use changes::{Change, ChangeError, Changes, Slot, Written};
 use context::Context;
+pub use rename::{RenameError, Renamed};
 use site::Spot;
 pub use template::{TemplateItem, TemplateSymbol};
 pub use values::Computed;
@@ -109,9 +110,6 @@ pub struct Hover {
     /// Whether line breaks and spaces must be kept, as in the output of `umbragraph why`; `false` for Markdown.
     pub is_preformatted: bool,
 }
-
-/// The edits of a rename, by file name, or the error that prevents the rename.
-pub type Renamed = Result<BTreeMap<String, Edits>, EditError>;
 
 /// Returns the kind of a file, recognized by the top-level keys of its document. Returns `None` if the file may be
 /// unrelated to pipelines, such as `package.json`.
@@ -256,7 +254,7 @@ impl Session {
     /// Returns [`Cancelled`] after [`Cancel::set`](crate::Cancel::set).
     pub fn definition(&mut self, cursor: &Cursor<'_>) -> Result<Vec<Span>, Cancelled> {
         let found = self.around(cursor, |context| {
-            if let Some(id) = declared_at(context) {
+            if let Some((id, _)) = declared_at(context) {
                 return Some((vec![context.model.declaration(id).place], None));
             }
             Some(definition_besides(context))
@@ -268,14 +266,14 @@ impl Session {
         Ok(places)
     }
 
-    /// Returns the declaration and all uses of the name at a position, the declaration first. Empty if no declared name
-    /// is there.
+    /// Returns the declaration and all uses of the name at a position, the declaration first. For the name of a binding,
+    /// these are its declaration in WGSL and the keys of the passes that bind it. Empty if no declared name is there.
     ///
     /// # Errors
     /// Returns [`Cancelled`] after [`Cancel::set`](crate::Cancel::set).
     pub fn references(&mut self, cursor: &Cursor<'_>) -> Result<Vec<Span>, Cancelled> {
         let found = self.around(cursor, |context| {
-            let id = declared_at(context)?;
+            let Some((id, _)) = declared_at(context) else { return Some(bindings::references(context)) };
             let uses = context.model.uses_of(id).map(|one| one.place);
             let mut places = vec![context.model.declaration(id).place];
             places.extend(uses);
@@ -291,22 +289,22 @@ impl Session {
     /// Returns [`Cancelled`] after [`Cancel::set`](crate::Cancel::set).
     pub fn renamable(&mut self, cursor: &Cursor<'_>) -> Result<Option<(Span, String)>, Cancelled> {
         self.around(cursor, |context| {
-            let (id, place) = declaration_at(context)?;
+            let (id, place) = declared_at(context)?;
             Some((place, context.model.declaration(id).name.clone()))
         })
     }
 
-    /// Returns the edits that rename the declaration at a position, and all its uses, in the pipeline's files. Returns
-    /// `None` if no declared name is there.
+    /// Returns the edits that rename the declaration at a position, and all its uses, in the pipeline's files. Shader
+    /// axes keep their values: for an axis that takes the value of the old name, the edits add a derived value of that
+    /// name. Returns `None` if no declared name is there.
     ///
     /// # Errors
     /// Returns [`Cancelled`] after [`Cancel::set`](crate::Cancel::set). The inner result is an error if the new name is
-    /// invalid or taken, or if a use cannot be renamed.
+    /// invalid or taken, if a use cannot be renamed, or if an axis would take another value.
     pub fn rename(&mut self, cursor: &Cursor<'_>, name: &str) -> Result<Option<Renamed>, Cancelled> {
         self.around(cursor, |context| {
-            let (id, _) = declaration_at(context)?;
-            let Context { sources, composed, model, .. } = *context;
-            Some(rename_declaration(sources, composed, model, id, name))
+            let (id, _) = declared_at(context)?;
+            Some(rename::rename(context, id, name))
         })
     }
 }
@@ -321,21 +319,27 @@ fn declaration_at(context: &Context<'_>) -> Option<(Id, Span)> {
     Some((id, places.min_by_key(|place| place.end - place.start)?))
 }
 
-/// Returns the declaration whose name is at the cursor. For a key that declares a name again in another file, returns
-/// the declaration of that name.
-fn declared_at(context: &Context<'_>) -> Option<Id> {
-    declaration_at(context).map(|(id, _)| id).or_else(|| {
+/// Returns the declaration whose name is at the cursor, and the source range of the name there. For a key that another
+/// file declares or sets again, returns the declaration of that name.
+fn declared_at(context: &Context<'_>) -> Option<(Id, Span)> {
+    declaration_at(context).or_else(|| {
         let site = context.site();
         let Spot::Key { entry: Some(entry), .. } = &site.spot else { return None };
-        let kind = match context.position(&site).way.as_slice() {
-            ["parameters"] => DeclarationKind::Parameter,
-            ["features"] => DeclarationKind::Feature,
-            ["derived"] => DeclarationKind::Derived,
-            ["resources"] => DeclarationKind::Resource,
-            ["passes"] => DeclarationKind::Pass,
+        let position = context.position(&site);
+        let (kind, owner) = match position.way.as_slice() {
+            ["parameters"] => (DeclarationKind::Parameter, position.owner),
+            ["features"] => (DeclarationKind::Feature, position.owner),
+            ["derived"] => (DeclarationKind::Derived, position.owner),
+            ["resources"] => (DeclarationKind::Resource, position.owner),
+            ["passes"] => (DeclarationKind::Pass, position.owner),
+            ["presets", _, "parameters"] => (DeclarationKind::Parameter, None),
+            ["presets", _, "features"] => (DeclarationKind::Feature, None),
             _ => return None,
         };
-        context.model.find(kind, &entry.key)
+        let is_it = |one: &Declaration| one.kind == kind && one.owner == owner && one.name == entry.key;
+        let (id, _) = context.model.declarations().find(|(_, one)| is_it(one))?;
+        let name = entry.key_span.of_quoted(&entry.key, 0..entry.key.len());
+        Some((id, name.unwrap_or(entry.key_span)))
     })
 }
 
@@ -366,10 +370,8 @@ fn definition_besides(context: &Context<'_>) -> (Vec<Span>, Option<std::path::Pa
     let folder = context.sources.get(context.file).and_then(|file| Path::new(file.name()).parent());
     let path = |name: &str| Some(normalize(&folder?.join(name)));
     match (site.spot, position.way.as_slice()) {
-        (Spot::Key { entry: Some(entry), .. }, ["passes" | "shared_settings", .., "bind"]) => {
-            let modules = context.pass(&position).map(|pass| context.modules(&pass)).unwrap_or_default();
-            let places = modules.iter().find_map(|module| expected::declared_in(module, &entry.key));
-            (places.into_iter().collect(), None)
+        (Spot::Key { entry: Some(_), .. }, ["passes" | "shared_settings", .., "bind"]) => {
+            (bindings::declared_at(context).map(|(_, place)| place).into_iter().collect(), None)
         }
         (Spot::Value(Some(value)), way) => match (value.text(), way) {
             (Some(name), [.., "shader"]) => {

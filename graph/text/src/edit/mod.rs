@@ -82,6 +82,9 @@ pub enum EditError {
     /// A string that is not a valid name: an ASCII letter followed by ASCII letters, digits and underscores.
     #[error("\"{0}\" is no name: names begin with a letter and consist of letters, digits and \"_\"")]
     NoName(String),
+    /// A new name that the expression language reserves, such as `viewport`.
+    #[error("\"{0}\" is a word of the expression language; choose another name")]
+    Reserved(String),
     /// A use of a declaration whose source does not spell out the name, such as a name composed with a loop variable.
     #[error("{file} uses \"{name}\" at the bytes {range:?} and does not write the name there")]
     NotWritten {

@@ -1,10 +1,11 @@
 //! Names that are written in several places, and get another at once.
 //!
-//! [`rename_declaration`] takes the places from the [model](crate::model): the declaration, its uses, and the same key
-//! in every file of the document, as files declare over what they extend.
+//! [`rename_declaration`] takes the places from the [model](crate::model): the declaration, its uses, and the same keys
+//! in every file of the document. Files declare over what they extend, and so do their presets and arguments.
 //!
 //! Limits: a name that a use puts together (`soft_{i}`) is an error, since no text there is the name. Texts that
-//! another file replaced are not in the document, and keep the old name.
+//! another file replaced are not in the document, and keep the old name. Templates are not known here: an axis takes
+//! the value of its own name, which the session's rename keeps.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -14,6 +15,9 @@ use crate::compose::{Composed, Layer};
 use crate::document::{Document, parse, pointer_join};
 use crate::model::{Declaration, DeclarationKind, Id, Model};
 use crate::source::{Sources, Span};
+
+/// Names that no declaration can have, because the expression language uses them.
+const RESERVED: [&str; 3] = ["viewport", "true", "false"];
 
 /// Returns the edits that replace the source at the given spans with a name, grouped by file name.
 ///
@@ -35,8 +39,9 @@ pub fn rename(
 /// Returns the edits that rename a declaration and all its uses, grouped by file name.
 ///
 /// # Errors
-/// An old or new name that is not a valid identifier; the path of a subgraph file is none. A new name that another
-/// declaration visible in the same scope already has. A use whose source does not spell out the old name.
+/// An old or new name that is not a valid identifier; the path of a subgraph file is none. A new name that expressions
+/// reserve, or that another declaration visible in the same scope already has. A use whose source does not spell out
+/// the old name.
 pub fn rename_declaration(
     sources: &Sources,
     composed: &Composed,
@@ -52,8 +57,18 @@ pub fn rename_declaration(
     if let Some(other) = [name, &declaration.name].into_iter().find(|name| !is_name(name)) {
         return Err(EditError::NoName(other.to_owned()));
     }
+    if RESERVED.contains(&name) {
+        return Err(EditError::Reserved(name.to_owned()));
+    }
+    // The variable of a loop is seen where its pass is.
+    let owner = |one: &Declaration| match one.kind {
+        DeclarationKind::Variable => one.owner.and_then(|pass| model.declaration(pass).owner),
+        _ => one.owner,
+    };
+    let own = owner(declaration);
     let is_seen = |other: &Declaration| {
-        other.owner == declaration.owner || other.owner.is_none() || declaration.owner.is_none()
+        let of_other = owner(other);
+        of_other == own || of_other.is_none() || own.is_none()
     };
     if model.declarations().any(|(_, other)| other.name == name && is_seen(other)) {
         return Err(EditError::KeyTaken(name.to_owned()));
@@ -62,22 +77,48 @@ pub fn rename_declaration(
     for one in model.uses_of(id) {
         places.push(name_at(sources, one.place, &declaration.name)?);
     }
-    for file in composed.files.iter().filter(|_| declaration.kind != DeclarationKind::Data) {
+    let pointers = keys_of(model, declaration);
+    for file in &composed.files {
         let of_file = sources.get(*file).map_or("", |file| file.name());
         // A subgraph in a file of its own stands in the document under its path.
         let subgraph = match composed.layers.get(file) {
             Some(Layer::Used) => pointer_join("/subgraphs", of_file),
             _ => String::new(),
         };
-        let Some(pointer) = declaration.pointer.strip_prefix(subgraph.as_str()) else { continue };
         let Document { root } = parse(sources, *file).document;
-        let (above, _) = pointer.rsplit_once('/').unwrap_or_default();
-        let owner = above.split('/').skip(1).try_fold(&root, |value, key| value.get(&unescaped(key)));
-        if let Some(entry) = owner.and_then(|owner| owner.entry(&declaration.name)) {
-            places.push(name_at(sources, entry.key_span, &declaration.name)?);
+        for pointer in pointers.iter().filter_map(|pointer| pointer.strip_prefix(subgraph.as_str())) {
+            let (above, _) = pointer.rsplit_once('/').unwrap_or_default();
+            let owner = above.split('/').skip(1).try_fold(&root, |value, key| value.get(&unescaped(key)));
+            if let Some(entry) = owner.and_then(|owner| owner.entry(&declaration.name)) {
+                places.push(name_at(sources, entry.key_span, &declaration.name)?);
+            }
         }
     }
     rename(sources, places, name)
+}
+
+/// Returns the JSON pointers at which files can have the name of a declaration as a key: the declaration itself, and
+/// the presets and passes that can give it a value. A file may replace or delete the value of another one there.
+fn keys_of(model: &Model, declaration: &Declaration) -> Vec<String> {
+    use DeclarationKind as K;
+    let Declaration { kind, name, owner, pointer, .. } = declaration;
+    if *kind == K::Data {
+        return Vec::new();
+    }
+    let mut pointers = vec![pointer.clone()];
+    let mut push = |above: &str, key| pointers.push(pointer_join(&format!("{above}/{key}"), name));
+    for (_, other) in model.declarations() {
+        match (other.kind, kind) {
+            (K::Preset, K::Parameter) if owner.is_none() => push(&other.pointer, "parameters"),
+            (K::Preset, K::Feature) if owner.is_none() => push(&other.pointer, "features"),
+            (K::Pass, K::Resource | K::Input) if other.owner == *owner => push(&other.pointer, "passthrough"),
+            _ => {}
+        }
+    }
+    if let (K::Parameter | K::Input, Some(subgraph)) = (kind, *owner) {
+        model.uses_of(subgraph).for_each(|used| push(&model.declaration(used.within).pointer, "with"));
+    }
+    pointers
 }
 
 /// Returns the span of a name inside the span `place`: at the start of `place`, or as the only occurrence of the word
