@@ -40,7 +40,7 @@ pub(crate) fn of(
     let chosen = drawn.iter().find(|(name, _)| *name == pass).or(drawn.last());
     let data = chosen.and_then(|(_, views)| executor.data(&plan.pipeline.resource(*views).name));
     let lights = input.map(|input| input.lights.as_slice()).unwrap_or_default();
-    let views = data.map(|data| data.views()).unwrap_or_default();
+    let views = data.map(umbragraph::data::BlackboardData::views).unwrap_or_default();
     let tiles = views.iter().enumerate().filter_map(|(at, view)| {
         let area @ [x, y, width, height] = view.viewport?;
         let has_place = |light: &&Light| match light.kind {
