@@ -242,7 +242,7 @@ impl Library {
                 return Ok(running);
             }
             let pipeline = self.open(session, target)?;
-            Ok(Read::new(pipeline, files, session.sources().clone()))
+            Ok(Read::new(&target.path, pipeline, files, session.sources().clone()))
         })
     }
 }

@@ -186,6 +186,14 @@ impl Options {
         self
     }
 
+    /// Sets whether textures and buffers that outlive a frame can be copied from and to; the default is `false`. A host
+    /// can then save and restore what `Executor::texture` and `Executor::buffer` return.
+    #[must_use]
+    pub fn copyable_state(mut self, can: bool) -> Self {
+        self.plan.copyable_state = can;
+        self
+    }
+
     /// Sets the objective by which passes are ordered.
     #[must_use]
     pub fn objective(mut self, objective: Objective) -> Self {

@@ -39,16 +39,17 @@ impl Pipeline {
     /// # Errors
     /// All diagnostics, if at least one of them is an error.
     pub fn plan(&self, options: &Options) -> Result<Arc<Plan>, Error> {
-        self.plan_over(options, &[]).map_err(|findings| Error::new(findings, self.sources()))
+        let planned = self.plan_over(options, &[]);
+        planned.map(|(plan, _)| plan).map_err(|findings| Error::new(findings, self.sources()))
     }
 
-    /// Plans a frame with the values of parameter files, which the options override. Diagnostics refer to the sources
-    /// of the session that loaded the pipeline.
+    /// Plans a frame with the values of parameter files, which the options override. Returns the plan with its warnings
+    /// and those of the files. Diagnostics refer to the sources of the session that loaded the pipeline.
     pub(super) fn plan_over(
         &self,
         options: &Options,
         files: &[ParameterFile],
-    ) -> Result<Arc<Plan>, Diagnostics> {
+    ) -> Result<(Arc<Plan>, Diagnostics), Diagnostics> {
         let mut findings = Diagnostics::clone(&self.findings);
         let overrides = self.overrides(options, files, &mut findings);
         let choice = Choice::new(self.profile.clone(), options.plan.clone());
@@ -58,7 +59,7 @@ impl Pipeline {
         findings.sort();
         let findings: Diagnostics = findings.into_iter().map(|one| in_code(one, options)).collect();
         match planned.report.plan {
-            Some(plan) if !findings.has_errors() => Ok(plan),
+            Some(plan) if !findings.has_errors() => Ok((plan, findings)),
             _ => Err(findings),
         }
     }

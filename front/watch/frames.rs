@@ -58,6 +58,6 @@ impl Renderer {
             (Some(executor), Some(prepared)) => executor.set_prepared_plan(prepared),
             _ => self.install(ready.plan, frame),
         };
-        watcher.took(ready.read, ready.options, ready.reload, taken.err());
+        watcher.took((ready.read, ready.warnings), ready.options, taken.map(|()| ready.reload));
     }
 }

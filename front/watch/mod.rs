@@ -41,7 +41,7 @@ use std::time::{Duration, Instant};
 
 use umbragraph_session::Target;
 
-use crate::diagnostic::{Diagnostic, codes};
+use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::executor::PlanPreparer;
 use crate::front::library::Library;
 use crate::front::{Options, Pipeline};
@@ -64,6 +64,8 @@ pub struct Watcher {
     error: Option<Error>,
     reload: Option<Reload>,
     running: Option<Read>,
+    /// The warnings and notes of the files and plan that run.
+    warnings: Diagnostics,
     /// The options of the last plan that was installed, or whose planning failed.
     planned_for: Option<Options>,
     /// Whether imports are planned as the documents declare them, whatever textures the frames bring.
@@ -100,6 +102,7 @@ pub struct Reload {
 /// The contents of a pipeline's files as read at one time.
 #[derive(Clone)]
 pub(super) struct Read {
+    path: PathBuf,
     pipeline: Pipeline,
     parameters: Arc<[ParameterFile]>,
     sources: Sources,
@@ -112,8 +115,13 @@ impl PartialEq for Read {
 }
 
 impl Read {
-    pub(super) fn new(pipeline: Pipeline, parameters: Vec<ParameterFile>, sources: Sources) -> Self {
-        Self { pipeline, parameters: parameters.into(), sources }
+    pub(super) fn new(
+        path: &Path,
+        pipeline: Pipeline,
+        parameters: Vec<ParameterFile>,
+        sources: Sources,
+    ) -> Self {
+        Self { path: path.to_owned(), pipeline, parameters: parameters.into(), sources }
     }
 
     /// Returns `true` if the stored parameter files equal `parameters`.
@@ -126,8 +134,8 @@ impl Read {
         self.pipeline.is_of(loaded) && self.is_with(parameters)
     }
 
-    /// Plans with the values of the parameter files, which the options override.
-    pub(super) fn plan(&self, options: &Options) -> Result<Arc<Plan>, Error> {
+    /// Plans with the values of the parameter files, which the options override. Returns the plan and its warnings.
+    pub(super) fn plan(&self, options: &Options) -> Result<(Arc<Plan>, Diagnostics), Error> {
         let planned = self.pipeline.plan_over(options, &self.parameters);
         planned.map_err(|found| Error::new(found, &self.sources))
     }
@@ -184,6 +192,7 @@ impl Watcher {
             error: None,
             reload: None,
             running: None,
+            warnings: Diagnostics::new(),
             planned_for: None,
             has_declared_imports: false,
             #[cfg(feature = "gltf")]
@@ -196,16 +205,32 @@ impl Watcher {
     /// Sets the parameter files; later files override earlier ones, and the options of frames override all.
     #[must_use]
     pub fn parameters(self, files: impl IntoIterator<Item = impl Into<PathBuf>>) -> Self {
-        self.order(Order::Parameters(files.into_iter().map(Into::into).collect()));
+        self.set_parameters(files);
         self
+    }
+
+    /// Replaces the list of parameter files, as [`Watcher::parameters`] sets it. The frame stays until they are read.
+    pub fn set_parameters(&self, files: impl IntoIterator<Item = impl Into<PathBuf>>) {
+        self.order(Order::Parameters(files.into_iter().map(Into::into).collect()));
+    }
+
+    /// Watches another pipeline. The pipeline before is drawn until a plan of the new one is ready.
+    pub fn set_pipeline(&self, path: impl Into<PathBuf>) {
+        self.order(Order::Pipeline(path.into()));
     }
 
     /// Sets the glTF scene. [`Watcher::take_scene`] returns it once it is loaded, and again after each change.
     #[cfg(feature = "gltf")]
     #[must_use]
     pub fn scene(self, path: impl Into<PathBuf>) -> Self {
-        self.order(Order::Scene(path.into()));
+        self.set_scene(path);
         self
+    }
+
+    /// Watches another scene, which [`Watcher::take_scene`] returns once it is loaded.
+    #[cfg(feature = "gltf")]
+    pub fn set_scene(&self, path: impl Into<PathBuf>) {
+        self.order(Order::Scene(path.into()));
     }
 
     /// Plans imports as the documents declare them, whatever textures the frames bring. This suits a host that creates
@@ -238,6 +263,12 @@ impl Watcher {
         self.error.as_ref()
     }
 
+    /// Returns the warnings and notes of the pipeline that is drawn, and the source texts that they point into. `None`
+    /// until the first one is ready.
+    pub fn warnings(&self) -> Option<(&Diagnostics, &Sources)> {
+        self.running.as_ref().map(|read| (&self.warnings, &read.sources))
+    }
+
     /// Returns the durations of the last applied change, once; `None` until the next change.
     pub fn take_reload(&mut self) -> Option<Reload> {
         self.reload.take()
@@ -246,6 +277,11 @@ impl Watcher {
     /// Returns the pipeline that is drawn; `None` until the first one is ready.
     pub fn pipeline(&self) -> Option<&Pipeline> {
         self.running.as_ref().map(|read| &read.pipeline)
+    }
+
+    /// Returns the path of the pipeline that is drawn; `None` until the first one is ready.
+    pub fn path(&self) -> Option<&Path> {
+        self.running.as_ref().map(|read| read.path.as_path())
     }
 
     /// Returns the scene once after each load; otherwise `None`. Frames draw the new scene after
@@ -289,13 +325,22 @@ impl Watcher {
         self.ready.take().filter(|ready| ready.options == *options)
     }
 
-    /// Records the files and options of the plan that was just installed, or the error that prevented its installation.
-    fn took(&mut self, read: Read, options: Options, reload: Option<Reload>, error: Option<Error>) {
-        if error.is_none() {
-            (self.running, self.planned_for) = (Some(read), Some(options));
-            self.reload = reload.or(self.reload);
+    /// Records the files, options and warnings of the plan that was just installed, or the error that prevented its
+    /// installation.
+    fn took(
+        &mut self,
+        (read, warnings): (Read, Diagnostics),
+        options: Options,
+        taken: Result<Option<Reload>, Error>,
+    ) {
+        match taken {
+            Ok(reload) => {
+                (self.running, self.planned_for) = (Some(read), Some(options));
+                self.warnings = warnings;
+                self.reload = reload.or(self.reload);
+            }
+            Err(error) => self.error = Some(error),
         }
-        self.error = error.or(self.error.take());
     }
 
     /// Plans the current files again for another frame size or other imports. Returns `None` if the last plan has the
@@ -310,7 +355,9 @@ impl Watcher {
         };
         // Tried once, whatever becomes of it.
         self.planned_for = Some(options.clone());
-        running.plan(options).map(Some)
+        let (plan, warnings) = running.plan(options)?;
+        self.warnings = warnings;
+        Ok(Some(plan))
     }
 
     fn order(&self, order: Order) {

@@ -8,7 +8,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use crate::diagnostic::{Diagnostic, codes};
+use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::executor::{PlanPreparer, PreparedPlan};
 use crate::front::Options;
 use crate::front::library::Library;
@@ -28,6 +28,8 @@ pub(super) enum Order {
     Changed(Instant),
     /// The inputs of the next frames.
     Inputs(Box<Inputs>),
+    /// The path of another pipeline.
+    Pipeline(PathBuf),
     /// The paths of the parameter files, which replace the previous list.
     Parameters(Vec<PathBuf>),
     /// The path of the scene file to load and watch.
@@ -64,6 +66,7 @@ pub(super) struct Ready {
     pub(super) read: Read,
     pub(super) options: Options,
     pub(super) plan: Arc<Plan>,
+    pub(super) warnings: Diagnostics,
     /// The prepared plan; `None` before the first frame, and for geometries that the draw source has not declared
     /// yet.
     pub(super) prepared: Option<PreparedPlan>,
@@ -109,6 +112,10 @@ impl Worker {
                     Some(Order::Inputs(inputs)) => {
                         self.inputs = Some(inputs);
                         is_new = true;
+                    }
+                    Some(Order::Pipeline(path)) => {
+                        self.target = Target::new(path);
+                        changed = changed.or_else(|| Some(Instant::now()));
                     }
                     Some(Order::Parameters(files)) => {
                         self.parameters = files;
@@ -208,8 +215,8 @@ impl Worker {
         self.last = Some(read.clone());
         let Some(Inputs { options, preparer }) = self.inputs.as_deref().cloned() else { return };
         let begin = Instant::now();
-        let plan = match read.plan(&options) {
-            Ok(plan) => plan,
+        let (plan, warnings) = match read.plan(&options) {
+            Ok(planned) => planned,
             Err(error) => return self.tell(Outcome::Broken(error)),
         };
         let planned = begin.elapsed();
@@ -225,7 +232,8 @@ impl Worker {
         self.last = None;
         self.running = Some(read.clone());
         let is_current = !self.is_broken;
-        self.tell(Outcome::Ready(Box::new(Ready { read, options, plan, prepared, is_current, reload })));
+        let ready = Ready { read, options, plan, warnings, prepared, is_current, reload };
+        self.tell(Outcome::Ready(Box::new(ready)));
     }
 
     #[cfg(feature = "gltf")]

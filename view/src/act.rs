@@ -1,12 +1,14 @@
 //! Actions carried out, and the state of the window for tests.
 
+use std::path::Path;
+
 use eframe::egui;
 use eframe::egui_wgpu::RenderState;
 use serde_json::{Map, Value, json};
 use umbragraph::low_level::camera_path::{CameraPath, Key};
 use umbragraph::low_level::files::replace;
 
-use crate::actions::Action;
+use crate::actions::{Action, KEYED};
 use crate::app::{Below, Viewer};
 use crate::camera::{Mode, View};
 use crate::clock::STEP;
@@ -40,8 +42,12 @@ impl Viewer {
             Action::Home => self.go_home(),
             Action::Bookmark => {
                 self.bookmarks.extend(self.view.clone());
-                let said = format!("bookmark {}", self.bookmarks.len());
-                self.say(Ok(said));
+                let number = self.bookmarks.len();
+                self.say(Ok(if number > KEYED {
+                    format!("bookmark {number} has no key: it is only saved with the camera path (Ctrl+B)")
+                } else {
+                    format!("bookmark {number}")
+                }));
             }
             Action::Visit(at) => {
                 if let (Some(view), Some(bookmark)) = (&mut self.view, self.bookmarks.get(at)) {
@@ -74,8 +80,8 @@ impl Viewer {
                 self.say(said);
             }
             Action::SaveParameters => {
-                let path = self.arguments.out.join(format!("{}.params.json", self.stem()));
-                self.say(save::parameter_file(&self.values, &path));
+                let said = self.save_parameters();
+                self.say(said);
             }
             Action::SaveDocument => {
                 let said = self.save_document();
@@ -140,8 +146,20 @@ impl Viewer {
     /// The file name of the pipeline without its extension.
     fn stem(&self) -> String {
         let name = self.arguments.pipeline.to_string_lossy().replace("umbragraph:", "");
-        let stem = std::path::Path::new(&name).file_stem().map(|stem| stem.to_string_lossy().into_owned());
+        let stem = Path::new(&name).file_stem().map(|stem| stem.to_string_lossy().into_owned());
         stem.unwrap_or_else(|| "pipeline".to_owned())
+    }
+
+    /// Saves the values into the parameter file in use, which is the last one, or else as a new file.
+    fn save_parameters(&mut self) -> Result<String, String> {
+        if let Some(path) = self.arguments.params.last() {
+            return save::into_parameter_file(&self.values, path);
+        }
+        let name = format!("{}.params.json", self.stem());
+        let place = [&self.arguments.out, Path::new(&name)];
+        let (written, said) = save::new_parameter_file(&self.values, place, self.written.as_ref())?;
+        self.written = Some(written);
+        Ok(said)
     }
 
     fn save_document(&self) -> Result<String, String> {
@@ -152,7 +170,7 @@ impl Viewer {
     }
 
     /// Writes the camera and the bookmarks as the keys of a camera path, one second apart.
-    fn save_camera(&self, path: &std::path::Path) -> Result<(), String> {
+    fn save_camera(&self, path: &Path) -> Result<(), String> {
         let view = self.view.as_ref().ok_or("there is no camera yet")?;
         let views = std::iter::once(view).chain(&self.bookmarks);
         let keys: Vec<Key> = (0u32..).zip(views).map(|(at, view)| view.key(at.into())).collect();
@@ -181,7 +199,7 @@ impl Viewer {
     fn copy_command(&self, context: &egui::Context) -> Result<String, String> {
         let (_, [width, height]) = self.stage.targets.shown().ok_or("there is no frame yet")?;
         let camera = self.camera_of_frame()?;
-        let path = |path: &std::path::Path| path.display().to_string();
+        let path = |path: &Path| path.display().to_string();
         let mut words = vec!["umbragraph".to_owned(), "render".to_owned(), path(&self.arguments.pipeline)];
         let mut option = |name: &str, value: String| words.extend([name.to_owned(), value]);
         option("--scene", path(&self.arguments.scene));
@@ -214,32 +232,6 @@ impl Viewer {
         self.say(said);
     }
 
-    /// Opens pipelines and scenes that were dropped on the window.
-    pub(crate) fn take_dropped(&mut self, context: &egui::Context) {
-        let dropped = context.input(|input| input.raw.dropped_files.clone());
-        for path in dropped.iter().map(|file| file.path().to_owned()) {
-            let end = path.extension().map(std::ffi::OsStr::to_ascii_lowercase);
-            match end.as_deref().and_then(std::ffi::OsStr::to_str) {
-                Some("glb" | "gltf") => {
-                    self.arguments.scene = path.clone();
-                    // Cameras and times of the scene before mean nothing in another.
-                    (self.view, self.path, self.clock.time) = (None, CameraPath::Scene, 0.0);
-                    self.bookmarks.clear();
-                }
-                Some("json" | "jsonc") => self.arguments.pipeline = path.clone(),
-                _ => {
-                    self.say(Err(format!(
-                        "\"{}\" is no pipeline (.json) and no scene (.glb, .gltf)",
-                        path.display()
-                    )));
-                    continue;
-                }
-            }
-            let opened = self.stage.open(&self.arguments, context).map_err(|error| error.to_string());
-            self.say(opened.map(|()| format!("opened {}", path.display())));
-        }
-    }
-
     /// The state of the window as JSON, for the log that tests read.
     pub(crate) fn state(&mut self, context: &egui::Context) -> Map<String, Value> {
         let errors: Vec<String> = self
@@ -268,6 +260,7 @@ impl Viewer {
             "playing": self.clock.is_playing,
             "time": (self.clock.time * 1e3).round() / 1e3,
             "errors": errors,
+            "warnings": self.stage.warnings().0.iter().map(|one| one.message.clone()).collect::<Vec<_>>(),
             "passes": plan.map(|plan| plan.passes.iter().map(|pass| pass.name.clone()).collect::<Vec<_>>()),
             "planned": plan.map(|plan| parameters::state(plan)),
             "features": plan.map(|plan| parameters::features(plan)),
@@ -289,6 +282,7 @@ impl Viewer {
             "timed": self.timings.whole_frames().map(|_| true),
             "scene": self.arguments.scene.display().to_string(),
             "pipeline": self.arguments.pipeline.display().to_string(),
+            "params": self.arguments.params,
         }) else {
             return Map::new();
         };

@@ -71,7 +71,10 @@ pub(crate) const KEYS: [(Modifiers, Key, Action, &str); 26] = [
     (Modifiers::NONE, Key::F5, Action::Reload, "read all files again"),
 ];
 
-const NUMBERS: [Key; 9] =
+/// The number of bookmarks that have a key and a button.
+pub(crate) const KEYED: usize = 9;
+
+const NUMBERS: [Key; KEYED] =
     [Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::Num5, Key::Num6, Key::Num7, Key::Num8, Key::Num9];
 
 /// The actions whose keys were pressed in this frame; none while a text field has the focus.
@@ -119,7 +122,9 @@ pub(crate) fn help(context: &egui::Context, is_open: &mut bool) {
             }
         });
         ui.add_space(6.0);
-        ui.label("Drop a pipeline (.json) or a scene (.glb, .gltf) on the window to open it.");
+        ui.label(
+            "Drop a pipeline, a parameter file, a camera path (.json) or a scene (.glb, .gltf) to open it.",
+        );
     });
 }
 

@@ -9,20 +9,20 @@ use std::time::{Duration, Instant};
 use eframe::egui::{self, Color32};
 use eframe::egui_wgpu::RenderState;
 use umbragraph::low_level::camera_path::CameraPath;
-use umbragraph::low_level::capture::Capture;
 use umbragraph::low_level::report::Report;
 use umbragraph::wgpu;
 
 use crate::actions;
 use crate::arguments::Arguments;
 use crate::camera::View;
-use crate::capture::{Planned, Planning};
+use crate::capture::{Planned, Planning, Request};
 use crate::clock::{Clock, Resolution};
 use crate::graph::{Selected, report};
 use crate::inspector::{Inspector, Wish};
 use crate::output::{Clip, Picture};
 use crate::parameters::Panel;
 use crate::places::Places;
+use crate::save::Written;
 use crate::stage::{Shot, Stage};
 use crate::timings::Timings;
 use crate::values::Values;
@@ -67,10 +67,14 @@ pub(crate) struct Viewer {
     pub(crate) planning: Option<Planning>,
     pub(crate) planned: Option<Planned>,
     /// The value of `Stage::index` just after the last captures, and these captures.
-    pub(crate) captured: (u64, Vec<Capture>),
+    pub(crate) captured: (u64, Request),
     /// The size of the frame's area in pixels, and the time of its last change.
     area: ([u32; 2], Instant),
     pub(crate) size: Option<[u32; 2]>,
+    /// The parameter file that the window has written.
+    pub(crate) written: Option<Written>,
+    /// Whether a dropped scene has not been shown yet.
+    pub(crate) has_dropped_scene: bool,
     /// Whether the files had errors in the last frame, so that their diagnostics have been opened once.
     was_broken: bool,
 }
@@ -120,9 +124,11 @@ impl Viewer {
             adapter: format!("{} ({})", info.name, info.backend),
             planning: None,
             planned: None,
-            captured: (0, Vec::new()),
+            captured: (0, Request::default()),
             area: ([0; 2], Instant::now()),
             size: None,
+            written: None,
+            has_dropped_scene: false,
             was_broken: false,
             arguments,
         })
@@ -141,7 +147,6 @@ impl Viewer {
         let area = ui.available_rect_before_wrap();
         let response = ui.allocate_rect(area, egui::Sense::click_and_drag());
         self.places.note("frame", &response);
-        let is_first = self.view.is_none();
         self.follow_path();
         self.steer(ui, &response);
         self.fit(ui, area.size());
@@ -153,11 +158,15 @@ impl Viewer {
             self.resolution.measured(milliseconds, scale);
         }
         if let Some(size) = self.size {
-            let shot = Shot { size, values: &self.values, view: &mut self.view, time: self.clock.time };
-            let is_drawn = self.stage.update(state, shot, ui.ctx());
-            if is_first {
-                self.begin_path();
+            if self.stage.take_scene(state) {
+                self.begin_scene();
+                if self.view.is_none() {
+                    self.view = self.stage.scene().map(View::home);
+                    self.begin_path();
+                }
             }
+            let shot = Shot { size, values: &self.values, view: self.view.as_ref(), time: self.clock.time };
+            let is_drawn = self.stage.update(state, shot, ui.ctx());
             if is_drawn {
                 self.drawn(state);
             }
@@ -223,6 +232,9 @@ impl Viewer {
         let is_new = self.stage.take_new_plan();
         if is_new && let Some(plan) = &self.stage.plan {
             self.report = report(plan);
+            if let Some(path) = self.stage.path() {
+                self.arguments.pipeline = path.to_owned();
+            }
             let known = |timings: &Timings, report: &Report| timings.is_of(report);
             if self.report.as_ref().is_none_or(|report| !known(&self.timings, report)) {
                 self.timings.clear();

@@ -2,10 +2,11 @@
 
 use eframe::egui::{self, Color32, RichText};
 use eframe::egui_wgpu::RenderState;
+use umbragraph::diagnostic::{Diagnostic, Severity, counted};
 use umbragraph::low_level::report::bytes_in_words;
 use umbragraph::low_level::source::Sources;
 
-use crate::actions::{Action, key_of};
+use crate::actions::{Action, KEYED, key_of};
 use crate::app::{Below, Viewer};
 use crate::camera::Mode;
 use crate::clock::STEPS;
@@ -23,7 +24,7 @@ impl Viewer {
             self.button(ui, if is_fly { "Fly" } else { "Orbit" }, "mode", Action::Mode, false, &mut actions);
             self.button(ui, "Home", "home", Action::Home, false, &mut actions);
             self.button(ui, "+ Bookmark", "bookmark", Action::Bookmark, false, &mut actions);
-            for at in 0..self.bookmarks.len().min(9) {
+            for at in 0..self.bookmarks.len().min(KEYED) {
                 let label = (at + 1).to_string();
                 self.button(ui, &label, &format!("visit {label}"), Action::Visit(at), false, &mut actions);
             }
@@ -115,16 +116,18 @@ impl Viewer {
     pub(crate) fn status(&mut self, ui: &mut egui::Ui) {
         ui.horizontal(|ui| {
             let errors = self.stage.error().map_or(0, |error| error.error_count());
+            let is_warning = |one: &&Diagnostic| one.severity == Severity::Warning;
+            let warnings = self.stage.warnings().0.iter().filter(is_warning).count();
             let (words, color) = match (errors, self.stage.targets.shown().is_some()) {
+                (0, true) if warnings > 0 => {
+                    (format!("live, {}", counted(warnings, "warning")), notices::color_of(Severity::Warning))
+                }
                 (0, true) => ("live".to_owned(), Color32::from_rgb(126, 200, 140)),
                 (0, false) => ("loading".to_owned(), Color32::GRAY),
-                (_, true) => (
-                    "broken: the frame is the last good one".to_owned(),
-                    notices::color_of(umbragraph::diagnostic::Severity::Error),
-                ),
-                (_, false) => {
-                    ("broken".to_owned(), notices::color_of(umbragraph::diagnostic::Severity::Error))
+                (_, true) => {
+                    ("broken: the frame is the last good one".to_owned(), notices::color_of(Severity::Error))
                 }
+                (_, false) => ("broken".to_owned(), notices::color_of(Severity::Error)),
             };
             let status = ui.link(RichText::new(words).color(color).strong());
             self.places.note("status", &status);
@@ -153,7 +156,7 @@ impl Viewer {
                 ui.label(RichText::new(&self.adapter).weak());
                 let (said, is_bad) = &self.message;
                 let color = if *is_bad {
-                    notices::color_of(umbragraph::diagnostic::Severity::Error)
+                    notices::color_of(Severity::Error)
                 } else {
                     ui.visuals().strong_text_color()
                 };
@@ -164,35 +167,47 @@ impl Viewer {
 
     /// Shows the diagnostics of the files and the notices of the frame.
     pub(crate) fn notices(&mut self, ui: &mut egui::Ui) {
-        let error = self.stage.error().cloned();
         let mut wish = None;
+        let lists = self.diagnostics();
         egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-            if let Some(error) = &error {
-                wish = notices::show(ui, error.iter(), error.sources(), &mut self.places);
+            let mut first = 0;
+            for (heading, list, sources) in lists.iter().filter(|list| !list.1.is_empty()) {
+                ui.label(RichText::new(*heading).small().strong().weak());
+                let clicked = notices::show(ui, list.iter(), first, sources, &mut self.places);
+                wish = wish.take().or(clicked);
+                first += list.len();
             }
-            let notices = self.stage.notices();
-            if !notices.is_empty() {
-                ui.label(RichText::new("NOTICES OF THE FRAME").small().strong().weak());
-                let none = Sources::new();
-                let sources = self.stage.plan.as_ref().map_or(&none, |plan| &plan.pipeline.sources);
-                let clicked = notices::show(ui, notices.iter(), sources, &mut self.places);
-                if let (None, Some(notices::Wish::Open(place))) = (&wish, clicked) {
-                    wish = Some(notices::Wish::Open(place));
-                }
-            }
-            if error.is_none() && notices.is_empty() {
+            if first == 0 {
                 ui.label(
                     RichText::new("Nothing is wrong with the files, and the frame has no notices.").weak(),
                 );
             }
         });
-        match (wish, error) {
-            (Some(notices::Wish::Open(place)), _) => self.open(&place),
-            (Some(notices::Wish::Mend(diagnostic)), Some(error)) => {
-                let said = notices::mend(&diagnostic, error.sources());
+        match wish {
+            Some(notices::Wish::Open(place)) => self.open(&place),
+            Some(notices::Wish::Mend(diagnostic, sources)) => {
+                let said = notices::mend(&diagnostic, &sources);
                 self.say(said);
             }
-            _ => {}
+            None => {}
         }
+    }
+
+    /// The lists of diagnostics with their headings and sources: errors of the files, else their warnings; then what
+    /// the frame lacks.
+    fn diagnostics(&mut self) -> [(&'static str, Vec<Diagnostic>, Sources); 3] {
+        let (errors, sources) = match self.stage.error() {
+            Some(error) => (error.iter().cloned().collect(), error.sources().clone()),
+            None => (Vec::new(), Sources::new()),
+        };
+        let (warnings, of_files) = self.stage.warnings();
+        // An error comes with the warnings of its files.
+        let warnings = if errors.is_empty() { warnings } else { Vec::new() };
+        let of_plan = self.stage.plan.as_ref().map(|plan| plan.pipeline.sources.clone()).unwrap_or_default();
+        [
+            ("ERRORS", errors, sources),
+            ("WARNINGS", warnings, of_files),
+            ("NOTICES OF THE FRAME", self.stage.notices(), of_plan),
+        ]
     }
 }

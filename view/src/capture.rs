@@ -1,9 +1,9 @@
 //! Contents of textures, copied out of a frame of the running pipeline.
 //!
 //! A capture is an ordinary copy after the pass that is looked at, in a document that extends the pipeline
-//! ([`umbragraph::low_level::capture`]). A thread plans it with the values that run; one frame is then recorded with
-//! that plan, and the plan before goes on. Histories and live values are taken over both ways, as of any change of
-//! plans: the captured frame is the next frame of what is shown.
+//! ([`umbragraph::low_level::capture`]). A thread plans it with the values that run. The shown frame is then recorded
+//! once more with that plan, from the contents that it began with ([`crate::state`]), and the plan before goes on:
+//! nothing advances, however often somebody looks.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -22,20 +22,37 @@ use umbragraph::{Error, Frame, Library, Options, Plan, Setting, wgpu};
 use crate::buffers::size_of;
 use crate::bytes;
 use crate::guard::guarded;
-use crate::stage::{Shot, Stage, error_of};
+use crate::samples;
+use crate::stage::{Stage, error_of};
 use crate::targets::MORE;
+use crate::tiles::{self, Tile};
 use crate::values::to_json;
+
+/// The contents to capture.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Request {
+    pub(crate) captures: Vec<Capture>,
+    /// Whether the stencil aspect is captured instead of the depth.
+    pub(crate) is_stencil: bool,
+    /// The sample that is read of textures with several samples, from 0.
+    pub(crate) sample: u32,
+}
+
+impl Request {
+    /// Returns `true` if a plan for the other request serves this one.
+    fn is_like(&self, other: &Self) -> bool {
+        self.captures == other.captures && self.is_stencil == other.is_stencil
+    }
+}
 
 /// A plan that extends the running one with copies of the captured resources.
 pub(crate) struct Planned {
     /// The running plan for which the captures were planned.
     pub(crate) of: Arc<Plan>,
-    pub(crate) captures: Vec<Capture>,
+    pub(crate) request: Request,
     pub(crate) plan: Arc<Plan>,
-    /// The names of the imports that receive the captures, in the order of `captures`.
+    /// The names of the imports that receive the captures, in the order of the captures.
     pub(crate) imports: Vec<String>,
-    /// Whether the stencil aspect is captured instead of the depth.
-    is_stencil: bool,
 }
 
 /// The captured contents of a texture or a buffer.
@@ -48,8 +65,7 @@ pub(crate) enum Captured {
 /// The planning of captures in progress on another thread.
 pub(crate) struct Planning {
     of: Arc<Plan>,
-    captures: Vec<Capture>,
-    is_stencil: bool,
+    request: Request,
     outcome: Receiver<Result<Planned, Error>>,
 }
 
@@ -68,24 +84,24 @@ impl Planning {
         library: &Library,
         pipeline: &Path,
         of: &Arc<Plan>,
-        (captures, is_stencil): (Vec<Capture>, bool),
+        request: Request,
         context: &egui::Context,
     ) -> Self {
         let (done, outcome) = channel();
         let (library, pipeline, wake) = (library.clone(), pipeline.to_owned(), context.clone());
-        let (plan, wanted) = (of.clone(), captures.clone());
+        let (plan, wanted) = (of.clone(), request.clone());
         std::thread::spawn(move || {
-            let planned = planned(&library, &pipeline, plan, wanted, is_stencil);
+            let planned = planned(&library, &pipeline, plan, wanted);
             // Nobody receives it once something else is looked at.
             let _ = done.send(planned);
             wake.request_repaint();
         });
-        Self { of: of.clone(), captures, is_stencil, outcome }
+        Self { of: of.clone(), request, outcome }
     }
 
     /// Returns `true` if the planning is for these captures of the plan `of`.
-    pub(crate) fn is_for(&self, of: &Arc<Plan>, captures: &[Capture], is_stencil: bool) -> bool {
-        Arc::ptr_eq(&self.of, of) && self.captures == captures && self.is_stencil == is_stencil
+    pub(crate) fn is_for(&self, of: &Arc<Plan>, request: &Request) -> bool {
+        Arc::ptr_eq(&self.of, of) && self.request.is_like(request)
     }
 
     /// The outcome of the planning; `None` while it is in progress, and after it has been taken.
@@ -96,13 +112,14 @@ impl Planning {
 
 impl Planned {
     /// Returns `true` if the planned captures are these captures of the plan `of`.
-    pub(crate) fn is_for(&self, of: &Arc<Plan>, captures: &[Capture], is_stencil: bool) -> bool {
-        Arc::ptr_eq(&self.of, of) && self.captures == captures && self.is_stencil == is_stencil
+    pub(crate) fn is_for(&self, of: &Arc<Plan>, request: &Request) -> bool {
+        Arc::ptr_eq(&self.of, of) && self.request.is_like(request)
     }
 }
 
 impl Stage {
-    /// Records the next frame with captures, and reads them back.
+    /// Records the last frame once more with captures, and reads them back. `sample` is that of textures with several
+    /// samples.
     ///
     /// # Errors
     /// Errors of recording the frame, and of reading back textures or buffers.
@@ -110,23 +127,34 @@ impl Stage {
         &mut self,
         state: &RenderState,
         planned: &Planned,
-        shot: &Shot<'_>,
+        sample: u32,
     ) -> Result<Vec<Captured>, Error> {
-        guarded(&state.device, "the captures", || self.captured(state, planned, shot)).map_err(error_of)?
+        guarded(&state.device, "the captures", || self.captured(state, planned, sample)).map_err(error_of)?
+    }
+
+    /// The tiles of a texture in the last frame, as a pass draws them.
+    pub(crate) fn tiles(&mut self, texture: &str, pass: &str) -> Vec<Tile> {
+        let (Some(executor), Some(plan)) = (self.renderer.executor(), &self.plan) else { return Vec::new() };
+        tiles::of(executor, plan, [texture, pass], self.last.as_ref())
     }
 
     fn captured(
         &mut self,
         state: &RenderState,
         planned: &Planned,
-        shot: &Shot<'_>,
+        sample: u32,
     ) -> Result<Vec<Captured>, Error> {
-        let Some(input) = self.input(state, shot) else { return Ok(Vec::new()) };
-        let (Some(executor), Some(shown)) = (self.renderer.executor(), &self.shown) else {
+        let (Some(executor), Some(shown), Some(input)) = (self.renderer.executor(), &self.shown, &self.last)
+        else {
             return Ok(Vec::new());
         };
         executor.set_plan(planned.plan.clone())?;
-        let texture = |name: &String| imported_texture(&state.device, &planned.plan, name, MORE);
+        let texture = |name: &String| {
+            let samples = planned.plan.resources.get(name)?.size.map_or(1, |size| size.samples);
+            // A texture of several samples has to be an attachment.
+            let more = if samples > 1 { MORE | wgpu::TextureUsages::RENDER_ATTACHMENT } else { MORE };
+            imported_texture(&state.device, &planned.plan, name, more)
+        };
         let contents: Vec<wgpu::Texture> = planned.imports.iter().filter_map(texture).collect();
         let mut buffers = Vec::new();
         for (name, size) in
@@ -145,23 +173,27 @@ impl Stage {
         let imports: Vec<(&str, &wgpu::Texture)> =
             self.targets.imports().into_iter().chain(captured).collect();
         let toggles = self.values.toggles_of(&planned.plan);
-        let frame = Frame::new(&input).draws(&shown.meshes).imports(&imports).toggles(&toggles);
+        let frame = Frame::new(input).draws(&shown.meshes).imports(&imports).toggles(&toggles);
         let mut encoder = state.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        let recorded = self.values.set_live(executor).and_then(|()| executor.record(&mut encoder, &frame));
+        self.kept.restore(&mut encoder);
+        let recorded = self.values.set_live(executor).and_then(|()| executor.repeat(&mut encoder, &frame));
         if recorded.is_ok() {
             state.queue.submit([encoder.finish()]);
-            self.index += 1;
         }
         let running = executor.set_plan(planned.of.clone()).and_then(|()| self.values.set_live(executor));
         recorded.and(running)?;
         let failed = |message| error_of(Diagnostic::error(codes::CAPTURE, Place::Nowhere, message));
         let texels = contents.iter().map(|texture| {
+            if texture.sample_count() > 1 {
+                let read = samples::read(&state.device, &state.queue, texture, sample);
+                return read.map(Captured::Texels).map_err(failed);
+            }
             let read = pollster::block_on(read_back(&state.device, &state.queue, texture));
             read.map(Captured::Texels).map_err(error_of)
         });
-        let bytes = buffers.iter().zip(&planned.captures).map(|(buffer, capture)| {
+        let bytes = buffers.iter().zip(&planned.request.captures).map(|(buffer, capture)| {
             let bytes = bytes::of_buffer(&state.device, &state.queue, buffer).map_err(failed)?;
-            Ok(match extent(&planned.of, capture).filter(|_| planned.is_stencil) {
+            Ok(match extent(&planned.of, capture).filter(|_| planned.request.is_stencil) {
                 Some(extent) => Captured::Texels(bytes::stencil(&bytes, extent)),
                 None => Captured::Bytes(bytes),
             })
@@ -212,19 +244,15 @@ fn buffer_document(captures: &[Capture], copies: Vec<(u64, Value)>) -> (Value, V
     (json!({ "subgraphs": subgraphs, "passes": passes }), imports)
 }
 
-fn planned(
-    library: &Library,
-    pipeline: &Path,
-    of: Arc<Plan>,
-    captures: Vec<Capture>,
-    is_stencil: bool,
-) -> Result<Planned, Error> {
+fn planned(library: &Library, pipeline: &Path, of: Arc<Plan>, request: Request) -> Result<Planned, Error> {
+    let Request { captures, is_stencil, .. } = &request;
+    let is_stencil = *is_stencil;
     let copies: Option<Vec<_>> = captures.iter().map(|one| buffer_copy(&of, one, is_stencil)).collect();
     let (mut text, imports) = match copies {
-        Some(copies) => buffer_document(&captures, copies),
+        Some(copies) => buffer_document(captures, copies),
         None => {
             let document =
-                capture::document(&of, &captures).map_err(|found| Error::new(found, &Sources::new()))?;
+                capture::copies(&of, captures).map_err(|found| Error::new(found, &Sources::new()))?;
             (serde_json::from_str(&document.text).unwrap_or_default(), document.imports)
         }
     };
@@ -240,7 +268,7 @@ fn planned(
     let name = folder.join("umbragraph-view.captures.json");
     let extended = library.load_text(&name.to_string_lossy(), &text.to_string())?;
     let [width, height] = of.viewport;
-    let mut options = Options::new(width, height).data_sizes(of.data_sizes.clone());
+    let mut options = Options::new(width, height).data_sizes(of.data_sizes.clone()).copyable_state(true);
     for (name, parameter) in &of.pipeline.parameters {
         options = options.set(name, Fixed(&parameter.value));
     }
@@ -248,5 +276,5 @@ fn planned(
         options = options.feature(name, Fixed(&feature.value));
     }
     let plan = extended.plan(&options)?;
-    Ok(Planned { of, captures, plan, imports, is_stencil })
+    Ok(Planned { of, request, plan, imports })
 }

@@ -1,77 +1,52 @@
-//! The contents of a texture: its picture, range and histogram, the value under the cursor, before and after each pass.
-//! Of a buffer the fields ([`crate::buffers`]).
+//! The contents of a texture: its picture, range and histogram, the value under the cursor, before and after each pass,
+//! and compared with any other. Of a buffer the fields ([`crate::buffers`]). What is chosen is in [`crate::choices`].
 
 use eframe::egui::{self, Color32, RichText, TextureHandle, TextureOptions, pos2, vec2};
 use serde_json::{Value, json};
 use umbragraph::Plan;
 use umbragraph::executor::Texels;
 use umbragraph::low_level::capture::Capture;
-use umbragraph::low_level::sheet::{Content, Range, Sheet, is_volume, sheet};
+use umbragraph::low_level::report::Report;
+use umbragraph::low_level::sheet::{Content, Range, Sheet, sheet};
 
 use crate::buffers::{Field, compared, fields, layouts, size_of};
-use crate::capture::Captured;
+use crate::capture::{Captured, Request};
+use crate::choices::{Look, Side};
 use crate::histogram;
+use crate::inspector::versions;
 use crate::places::Places;
-use crate::texels::{Channel, channels, difference, shown};
-
-/// The version of a resource that is shown: after the pass, before it, or their difference.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-enum Side {
-    #[default]
-    After,
-    Before,
-    Difference,
-}
-
-impl Side {
-    const ALL: [(Self, &'static str); 3] =
-        [(Self::After, "after"), (Self::Before, "before"), (Self::Difference, "difference")];
-}
-
-/// The selected resource, its version, and the options of its view.
-#[derive(Clone, Debug, Default, PartialEq)]
-struct Look {
-    name: String,
-    /// The pass after which the resource is shown; `None` if no pass writes the resource.
-    pass: Option<String>,
-    /// The previous pass that writes the resource; `None` if there is none.
-    before: Option<String>,
-    side: Side,
-    mip: u32,
-    layer: Option<u32>,
-    /// Whether the stencil aspect is shown instead of the depth.
-    is_stencil: bool,
-    /// The index of the layout used to decode a buffer, among the layouts of its shaders.
-    layout: usize,
-    /// The values shown as black and as white; `None` fits them to the contents.
-    range: Option<[f32; 2]>,
-}
+use crate::texels::{Channel, channel, channels, difference, part, shown, with_visible_alpha};
+use crate::tiles::Tile;
 
 /// The inspected texture or buffer, and its last captures.
 #[derive(Default)]
 pub(crate) struct Contents {
-    look: Look,
+    pub(crate) look: Look,
+    /// The tiles of the shown texture in the last capture.
+    pub(crate) tiles: Vec<Tile>,
     captured: Vec<Texels>,
     /// The bytes of the captures of a buffer: after the pass, then before it.
     bytes: Vec<Vec<u8>>,
     /// The decoded fields of a buffer that are shown.
     fields: Vec<Field>,
     layout: String,
-    /// The requested captures whose contents `captured` or `bytes` holds.
-    of: Vec<Capture>,
-    drawn: Option<Drawn>,
+    /// The request whose contents `captured` or `bytes` holds.
+    of: Request,
+    pub(crate) drawn: Option<Drawn>,
     pub(crate) error: Option<String>,
     cursor: Option<([u32; 2], [f32; 4])>,
 }
 
 /// The picture made of the captures, with its statistics.
-struct Drawn {
+pub(crate) struct Drawn {
     look: Look,
     texture: TextureHandle,
     sheet: Sheet,
     ranges: Vec<Range>,
-    channels: Vec<Channel>,
+    pub(crate) channels: Vec<Channel>,
     layers: u32,
+    /// The place of the picture in the texture, in texels: the corner of a tile.
+    origin: [u32; 2],
 }
 
 impl Contents {
@@ -79,31 +54,36 @@ impl Contents {
     pub(crate) fn look_at(&mut self, name: &str, pass: Option<String>) {
         if self.look.name != name {
             (self.look, self.cursor) = (Look { name: name.to_owned(), ..Look::default() }, None);
+            self.tiles.clear();
         }
         self.look.pass = pass;
     }
 
-    /// The captures to request in the next frame; empty if the resource cannot be shown.
-    pub(crate) fn wanted(&self, plan: &Plan) -> Vec<Capture> {
-        if cannot(plan, &self.look.name).is_some() {
-            return Vec::new();
+    /// The captures to request for the shown frame; none if the resource cannot be shown.
+    pub(crate) fn wanted(&self, plan: &Plan) -> Request {
+        let look = &self.look;
+        if cannot(plan, &look.name).is_some() {
+            return Request::default();
         }
-        let Look { name, pass, before, side, mip, .. } = &self.look;
-        let mips = plan.resources.get(name).and_then(|one| one.size).map_or(1, |size| size.mips);
-        let mip = (*mip).min(mips - 1);
-        let capture = |pass: &Option<String>| {
-            let reference = pass.as_ref().map_or_else(|| name.clone(), |pass| format!("{name}@{pass}"));
-            Capture { reference, mip }
+        let capture = |name: &str, pass: Option<&str>| {
+            let mips = plan.resources.get(name).and_then(|one| one.size).map_or(1, |size| size.mips);
+            let reference = pass.map_or_else(|| name.to_owned(), |pass| format!("{name}@{pass}"));
+            Capture { reference, mip: look.mip.min(mips - 1) }
         };
-        match (side, before) {
-            (Side::After, _) | (_, None) => vec![capture(pass)],
-            _ => vec![capture(pass), capture(before)],
-        }
+        let mut captures = vec![capture(&look.name, look.pass.as_deref())];
+        let other = look.other().filter(|(name, _)| look.side != Side::After && cannot(plan, name).is_none());
+        captures.extend(other.map(|(name, pass)| capture(name, pass)));
+        Request { captures, is_stencil: look.is_stencil, sample: look.sample }
+    }
+
+    /// The name of the selected resource, and the pass after which it is shown; empty if there is none.
+    pub(crate) fn shown(&self) -> [&str; 2] {
+        [&self.look.name, self.look.pass.as_deref().unwrap_or_default()]
     }
 
     /// Stores the captures of a frame and discards the previous ones.
-    pub(crate) fn take(&mut self, captures: Vec<Capture>, captured: Vec<Captured>) {
-        (self.of, self.drawn, self.error) = (captures, None, None);
+    pub(crate) fn take(&mut self, request: Request, captured: Vec<Captured>, tiles: Vec<Tile>) {
+        (self.of, self.drawn, self.error, self.tiles) = (request, None, None, tiles);
         (self.captured, self.bytes, self.fields) = (Vec::new(), Vec::new(), Vec::new());
         self.layout.clear();
         for one in captured {
@@ -114,9 +94,9 @@ impl Contents {
         }
     }
 
-    /// Returns `true` if the stencil is captured instead of the depth.
-    pub(crate) fn is_stencil(&self) -> bool {
-        self.look.is_stencil
+    /// Discards the captures, so that others are shown only once they are there.
+    pub(crate) fn forget(&mut self) {
+        self.captured.clear();
     }
 
     /// Shows the layout choice and the fields of a buffer.
@@ -142,22 +122,23 @@ impl Contents {
         crate::buffers::show(ui, &self.fields, has_more, places);
     }
 
-    /// Shows the contents of a resource; `versions` are the passes that write it.
+    /// Shows the contents of a resource.
     pub(crate) fn show(
         &mut self,
         ui: &mut egui::Ui,
         plan: &Plan,
+        report: &Report,
         name: &str,
-        versions: &[String],
         places: &mut Places,
     ) {
         if let Some(reason) = cannot(plan, name) {
             ui.label(RichText::new(reason).weak());
             return;
         }
+        let versions = versions(report, name);
         let at = versions.iter().position(|one| Some(one) == self.look.pass.as_ref());
         self.look.before = at.and_then(|at| versions.get(at.checked_sub(1)?)).cloned();
-        self.choices(ui, plan, versions, at, places);
+        self.choices(ui, plan, report, (&versions, at), places);
         if let Some(error) = &self.error {
             ui.label(RichText::new(error).color(Color32::from_rgb(240, 120, 110)));
         }
@@ -181,11 +162,18 @@ impl Contents {
             }
             let texels = match (self.look.side, self.captured.get(1)) {
                 (Side::After, _) | (_, None) => Some(main.clone()),
-                (Side::Before, Some(before)) => Some(before.clone()),
-                (Side::Difference, Some(before)) => difference(main, before),
+                (Side::Before, Some(other)) => Some(other.clone()),
+                (Side::Difference, Some(other)) => difference(main, other),
+            };
+            let Some(texels) = texels else {
+                let size = |one: &Texels| format!("{} × {} × {}", one.width, one.height, one.layers);
+                let sizes = self.captured.iter().map(size).collect::<Vec<_>>().join(" and ");
+                ui.label(format!("Their sizes differ, {sizes}: choose another resource or mip level."));
+                return;
             };
             let limit = ui.ctx().input(|input| input.max_texture_side);
-            self.drawn = texels.and_then(|texels| draw(ui.ctx(), &texels, content, &self.look, limit));
+            let tile = self.look.tile.and_then(|at| self.tiles.get(at));
+            self.drawn = draw(ui.ctx(), texels, content, &self.look, tile, limit);
         }
         let Some(drawn) = &self.drawn else {
             ui.label("The picture is too large for a texture: choose a mip level or a layer.");
@@ -197,108 +185,14 @@ impl Contents {
         });
     }
 
-    /// Shows the choices of version, side, mip level, layer, stencil and range.
-    fn choices(
-        &mut self,
-        ui: &mut egui::Ui,
-        plan: &Plan,
-        versions: &[String],
-        at: Option<usize>,
-        places: &mut Places,
-    ) {
-        let look = &mut self.look;
-        if !versions.is_empty() {
-            ui.horizontal(|ui| {
-                ui.label("as left by");
-                for (label, to) in [("<", at.and_then(|at| at.checked_sub(1))), (">", at.map(|at| at + 1))] {
-                    let version = to.and_then(|to| versions.get(to));
-                    let step = ui.add_enabled(version.is_some(), egui::Button::new(label).small());
-                    places.note(if label == "<" { "version before" } else { "version after" }, &step);
-                    if let (true, Some(version)) = (step.clicked(), version) {
-                        look.pass = Some(version.clone());
-                    }
-                }
-                let text = look.pass.clone().unwrap_or_default();
-                egui::ComboBox::from_id_salt("version").width(190.0).selected_text(text).show_ui(ui, |ui| {
-                    for version in versions {
-                        ui.selectable_value(&mut look.pass, Some(version.clone()), version);
-                    }
-                });
-            });
-        }
-        ui.horizontal(|ui| {
-            for (side, label) in Side::ALL {
-                let is_there = side == Side::After || look.before.is_some();
-                let button = ui.add_enabled(is_there, egui::Button::selectable(look.side == side, label));
-                places.note(&format!("side {label}"), &button);
-                if button.clicked() {
-                    look.side = side;
-                }
-            }
-            let size = plan.resources.get(&look.name).and_then(|one| one.size);
-            let (mips, layers) = size.map_or((1, 1), |size| (size.mips, size.layers));
-            look.mip = look.mip.min(mips - 1);
-            if mips > 1 {
-                let mip = ui
-                    .add(egui::DragValue::new(&mut look.mip).range(0..=mips - 1).prefix("mip ").speed(0.05));
-                places.note("mip", &mip);
-            }
-            if layers > 1 {
-                look.layer = look.layer.map(|layer| layer.min(layers - 1));
-                let is_cube = Content::of(plan, &look.name).is_some_and(|content| content.is_cube);
-                let label = |layer: u32| layer_name(layer, layers, is_cube);
-                let text = look.layer.map_or("all layers".to_owned(), label);
-                let list = egui::ComboBox::from_id_salt("layer").width(90.0).selected_text(text);
-                let list = list.show_ui(ui, |ui| {
-                    ui.selectable_value(&mut look.layer, None, "all layers");
-                    for layer in 0..layers {
-                        let one = ui.selectable_value(&mut look.layer, Some(layer), label(layer));
-                        places.note(&format!("layer={layer}"), &one);
-                    }
-                });
-                places.note("layer", &list.response);
-            } else {
-                look.layer = None;
-            }
-            let format = plan.resources.get(&look.name).and_then(|one| one.format);
-            let has_both =
-                format.is_some_and(|format| format.has_depth_aspect() && format.has_stencil_aspect());
-            look.is_stencil &= has_both;
-            if has_both {
-                let stencil = ui.checkbox(&mut look.is_stencil, "stencil");
-                places.note("stencil", &stencil);
-                if stencil.changed() {
-                    self.captured.clear();
-                }
-            }
-        });
-        if size_of(plan, &look.name).is_some() {
-            return;
-        }
-        ui.horizontal(|ui| {
-            let mut is_own = look.range.is_some();
-            let own = ui.checkbox(&mut is_own, "range");
-            places.note("own range", &own);
-            if own.changed() {
-                let [min, max] = match self.drawn.as_ref().and_then(|drawn| drawn.channels.first()) {
-                    Some(channel) => [channel.min, channel.max],
-                    None => [0.0, 1.0],
-                };
-                look.range = is_own.then_some([min, max]);
-            }
-            if let Some([min, max]) = &mut look.range {
-                let speed = ((*max - *min).abs() * 0.01).max(1e-5);
-                places.note("range min", &ui.add(egui::DragValue::new(min).speed(speed)));
-                ui.label("to");
-                places.note("range max", &ui.add(egui::DragValue::new(max).speed(speed)));
-            }
-        });
+    fn references(&self) -> Vec<String> {
+        self.of.captures.iter().map(|one| one.reference.clone()).collect()
     }
 
     /// The shown contents as JSON, for the log that tests read.
     pub(crate) fn state(&self) -> Value {
         if !self.bytes.is_empty() {
-            let of = self.of.iter().map(|one| one.reference.clone()).collect::<Vec<_>>();
+            let of = self.references();
             let fields = crate::buffers::state(&self.fields);
             return json!({ "of": of, "layout": self.layout, "fields": fields });
         }
@@ -307,10 +201,14 @@ impl Contents {
             json!({ "min": one.min, "max": one.max, "mean": one.mean, "not_finite": one.not_finite, "bars": one.bars })
         });
         json!({
-            "of": self.of.iter().map(|one| one.reference.clone()).collect::<Vec<_>>(),
+            "of": self.references(),
             "mip": drawn.look.mip,
             "layer": drawn.look.layer,
             "stencil": drawn.look.is_stencil,
+            "sample": drawn.look.sample,
+            "tile": drawn.look.tile,
+            "tiles": self.tiles.iter().map(|one| one.label.clone()).collect::<Vec<_>>(),
+            "channel": drawn.look.channel,
             "side": Side::ALL.iter().find(|one| one.0 == drawn.look.side).map(|one| one.1),
             "size": [drawn.sheet.width, drawn.sheet.height, drawn.layers],
             "channels": channels.collect::<Vec<_>>(),
@@ -319,53 +217,50 @@ impl Contents {
     }
 }
 
-/// The display name of a texture layer; for a cube, the name of its face, such as `face +X`.
-fn layer_name(layer: u32, layers: u32, is_cube: bool) -> String {
-    const FACES: [&str; 6] = ["+X", "−X", "+Y", "−Y", "+Z", "−Z"];
-    match (is_cube, layers > 6) {
-        (true, false) => format!("face {}", FACES[layer as usize % 6]),
-        (true, true) => format!("cube {}, face {}", layer / 6, FACES[layer as usize % 6]),
-        _ => format!("layer {layer}"),
-    }
-}
-
 /// The reason why the contents of a resource cannot be shown; `None` if they can.
-fn cannot(plan: &Plan, name: &str) -> Option<&'static str> {
+pub(crate) fn cannot(plan: &Plan, name: &str) -> Option<&'static str> {
     let Some(resource) = plan.resources.get(name) else { return Some("No pass that runs uses it.") };
-    if size_of(plan, name).is_some() {
+    if size_of(plan, name).is_some() || resource.size.is_some() {
         return None;
     }
-    let Some(size) = resource.size else {
-        return Some("It is data of the host; the viewer shows contents of textures and buffers.");
-    };
-    if size.samples > 1 {
-        return Some("It has several samples a texel: look at the texture that it is resolved to.");
-    }
-    is_volume(plan, name).then_some("It is a volume: look at a texture that a pass makes of one slice.")
+    Some("It is data of the host; the viewer shows contents of textures and buffers.")
 }
 
-/// Creates the picture of texels; `None` if it is empty or a side exceeds `limit` texels.
+/// Creates the picture of texels, or of one tile of them; `None` if it is empty or a side exceeds `limit` texels.
 fn draw(
     context: &egui::Context,
-    texels: &Texels,
+    texels: Texels,
     content: Content,
     look: &Look,
+    tile: Option<&Tile>,
     limit: usize,
 ) -> Option<Drawn> {
-    let layer = look.layer.filter(|layer| *layer < texels.layers);
-    let sheet = sheet(texels, content, layer);
-    let size = [sheet.width as usize, sheet.height as usize];
+    let layers = texels.layers;
+    let (texels, origin) = match tile.map(|tile| (tile.layer, tile.area(look.mip))) {
+        Some((layer, area @ [x, y, ..])) => (part(&texels, layer, area)?, [x, y]),
+        None => (texels, [0; 2]),
+    };
+    let texels = match look.channel {
+        Some(chosen) if chosen < texels.channels && texels.channels > 1 => channel(&texels, chosen),
+        _ => texels,
+    };
+    let layer = look.layer.filter(|layer| *layer < texels.layers && tile.is_none());
+    let whole = sheet(&texels, content, layer);
+    let size = [whole.width as usize, whole.height as usize];
     if size.iter().any(|side| *side > limit || *side == 0) {
         return None;
     }
+    let channels = channels(&texels, layer);
+    let is_difference = look.side == Side::Difference;
+    let visible = is_difference.then(|| sheet(&with_visible_alpha(texels), content, layer));
+    let shown = visible.as_ref().unwrap_or(&whole);
     let ranges = match look.range {
-        Some([min, max]) => vec![Range { min, max }; sheet.channels],
-        None => sheet.ranges(content),
+        Some([min, max]) => vec![Range { min, max }; shown.channels],
+        None => shown.ranges(content),
     };
-    let image = egui::ColorImage::from_rgba_unmultiplied(size, &sheet.rgba(content, &ranges));
+    let image = egui::ColorImage::from_rgba_unmultiplied(size, &shown.rgba(content, &ranges));
     let texture = context.load_texture("contents", image, TextureOptions::NEAREST);
-    let channels = channels(texels, layer);
-    Some(Drawn { look: look.clone(), texture, sheet, ranges, channels, layers: texels.layers })
+    Some(Drawn { look: look.clone(), texture, sheet: whole, ranges, channels, layers, origin })
 }
 
 /// Shows the picture scaled to the panel, and the value of the texel under the pointer.
@@ -381,7 +276,9 @@ fn picture(ui: &mut egui::Ui, drawn: &Drawn, cursor: &mut Option<([u32; 2], [f32
     if let Some(at) = response.hover_pos() {
         let at = (at - rect.min) / scale;
         let [x, y] = [(at.x as u32).min(width - 1), (at.y as u32).min(height - 1)];
-        *cursor = values.get(y as usize * *width as usize + x as usize).map(|value| ([x, y], *value));
+        let [left, top] = drawn.origin;
+        let value = values.get(y as usize * *width as usize + x as usize);
+        *cursor = value.map(|value| ([left + x, top + y], *value));
     }
     let said = cursor.as_ref().map(|([x, y], value)| {
         let value: Vec<String> = value.iter().take(*channels).map(|one| shown(*one)).collect();

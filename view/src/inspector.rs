@@ -5,15 +5,13 @@ use std::sync::Arc;
 use eframe::egui::{self, Color32, RichText};
 use eframe::egui_wgpu::RenderState;
 use umbragraph::Plan;
-use umbragraph::low_level::capture::Capture;
 use umbragraph::low_level::report::{PassReport, Report, ResourceReport, bytes_in_words};
 
 use crate::app::Viewer;
-use crate::capture::Planning;
+use crate::capture::{Planning, Request};
 use crate::contents::Contents;
 use crate::graph::Selected;
 use crate::places::Places;
-use crate::stage::Shot;
 use crate::timings::Timings;
 
 /// The inspector panel: the selected pass or resource, and captured contents.
@@ -32,15 +30,14 @@ pub(crate) enum Wish {
 }
 
 impl Viewer {
-    /// Captures the inspected resource once for each new frame, when no frame is in progress.
+    /// Captures the inspected resource once for each shown frame, when no frame is in progress.
     pub(crate) fn capture(&mut self, state: &RenderState, context: &egui::Context, size: [u32; 2]) {
         let Some(plan) = self.stage.plan.clone() else { return };
         let wanted = self.inspector.wanted(&plan);
-        let is_stencil = self.inspector.contents.is_stencil();
-        if wanted.is_empty() || self.stage.is_busy() || plan.viewport != size {
+        if wanted.captures.is_empty() || self.stage.is_busy() || plan.viewport != size {
             return;
         }
-        if self.planning.as_ref().is_some_and(|planning| planning.is_for(&plan, &wanted, is_stencil))
+        if self.planning.as_ref().is_some_and(|planning| planning.is_for(&plan, &wanted))
             && let Some(outcome) = self.planning.as_ref().and_then(Planning::take)
         {
             match outcome {
@@ -48,13 +45,15 @@ impl Viewer {
                 Err(error) => self.inspector.contents.error = Some(error.to_string()),
             }
         }
-        match self.planned.take().filter(|planned| planned.is_for(&plan, &wanted, is_stencil)) {
+        match self.planned.take().filter(|planned| planned.is_for(&plan, &wanted)) {
             Some(planned) => {
                 if self.captured.0 != self.stage.index || self.captured.1 != wanted {
-                    let shot =
-                        Shot { size, values: &self.values, view: &mut self.view, time: self.clock.time };
-                    match self.stage.capture(state, &planned, &shot) {
-                        Ok(texels) => self.inspector.contents.take(wanted.clone(), texels),
+                    match self.stage.capture(state, &planned, wanted.sample) {
+                        Ok(captured) => {
+                            let [name, pass] = self.inspector.contents.shown();
+                            let tiles = self.stage.tiles(name, pass);
+                            self.inspector.contents.take(wanted.clone(), captured, tiles);
+                        }
                         Err(error) => self.inspector.contents.error = Some(error.to_string()),
                     }
                     // Once for each frame and look, whatever came of it.
@@ -64,11 +63,9 @@ impl Viewer {
                 self.planned = Some(planned);
             }
             None => {
-                if !self.planning.as_ref().is_some_and(|planning| planning.is_for(&plan, &wanted, is_stencil))
-                {
+                if !self.planning.as_ref().is_some_and(|planning| planning.is_for(&plan, &wanted)) {
                     let (library, pipeline) = (&self.stage.library, &self.arguments.pipeline);
-                    self.planning =
-                        Some(Planning::begin(library, pipeline, &plan, (wanted, is_stencil), context));
+                    self.planning = Some(Planning::begin(library, pipeline, &plan, wanted, context));
                 }
             }
         }
@@ -91,11 +88,11 @@ impl Inspector {
         self.selected = Some(Selected::Resource(name.to_owned()));
     }
 
-    /// The captures to request for the selected resource; empty if no resource is selected, or it cannot be shown.
-    pub(crate) fn wanted(&self, plan: &Plan) -> Vec<Capture> {
+    /// The captures to request for the selected resource; none if no resource is selected, or it cannot be shown.
+    pub(crate) fn wanted(&self, plan: &Plan) -> Request {
         match &self.selected {
             Some(Selected::Resource(_)) => self.contents.wanted(plan),
-            _ => Vec::new(),
+            _ => Request::default(),
         }
     }
 
@@ -122,7 +119,7 @@ impl Inspector {
                     title(ui, &name, &resource.kind, &resource.declared, places, &mut wish);
                     facts(ui, resource);
                     ui.separator();
-                    self.contents.show(ui, plan, &name, &versions(report, &name), places);
+                    self.contents.show(ui, plan, report, &name, places);
                 }
                 None => missing(ui, &name),
             },
@@ -239,7 +236,7 @@ fn facts(ui: &mut egui::Ui, resource: &ResourceReport) {
 }
 
 /// The names of the live passes that write a resource, in their order.
-fn versions(report: &Report, name: &str) -> Vec<String> {
+pub(crate) fn versions(report: &Report, name: &str) -> Vec<String> {
     let writes = |pass: &&PassReport| pass.live && pass.writes.iter().any(|written| written == name);
     report.passes.iter().filter(writes).map(|pass| pass.name.clone()).collect()
 }

@@ -26,8 +26,8 @@ pub(crate) fn color_of(severity: Severity) -> Color32 {
 pub(crate) enum Wish {
     /// Opens a source location, `file:line`.
     Open(String),
-    /// Applies the fix of a diagnostic.
-    Mend(Diagnostic),
+    /// Applies the fix of a diagnostic to its sources.
+    Mend(Diagnostic, Sources),
 }
 
 /// Formats a source location as `file:line`; `None` if there is none.
@@ -42,15 +42,16 @@ pub(crate) fn place_of(place: &Place, sources: &Sources) -> Option<String> {
     }
 }
 
-/// Shows a list of diagnostics. Returns the user's request, if any.
+/// Shows a list of diagnostics, which are numbered from `first` on. Returns the user's request, if any.
 pub(crate) fn show<'a>(
     ui: &mut egui::Ui,
     diagnostics: impl Iterator<Item = &'a Diagnostic>,
+    first: usize,
     sources: &Sources,
     places: &mut Places,
 ) -> Option<Wish> {
     let mut wish = None;
-    for (at, one) in diagnostics.enumerate() {
+    for (at, one) in (first..).zip(diagnostics) {
         ui.horizontal(|ui| {
             let word = RichText::new(format!("{}[{}]", one.severity.name(), one.code.id)).strong();
             ui.label(word.color(color_of(one.severity)));
@@ -65,7 +66,7 @@ pub(crate) fn show<'a>(
                 let mend = ui.small_button("Mend").on_hover_text("Apply the one way to mend it");
                 places.note(&format!("mend {at}"), &mend);
                 if mend.clicked() {
-                    wish = Some(Wish::Mend(one.clone()));
+                    wish = Some(Wish::Mend(one.clone(), sources.clone()));
                 }
             }
         });

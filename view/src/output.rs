@@ -13,6 +13,9 @@ pub(crate) const STEP: Duration = Duration::from_millis(50);
 /// The maximum number of frames of a clip.
 pub(crate) const MOST: usize = 200;
 
+/// The maximum number of bytes that the frames of a clip take in memory, 1 GiB.
+const MOST_BYTES: usize = 1 << 30;
+
 /// A picture with four bytes for each texel: red, green, blue, alpha.
 #[derive(Clone)]
 pub(crate) struct Picture {
@@ -65,9 +68,15 @@ impl Clip {
         self.frames.len()
     }
 
-    /// Returns `true` if the clip has the maximum number of frames.
+    /// Returns `true` if the clip has no room for another frame.
     pub(crate) fn is_full(&self) -> bool {
-        self.len() >= MOST
+        self.len() >= self.room(MOST_BYTES)
+    }
+
+    /// The maximum number of frames, of the size of the first one, that take at most `bytes`; at least 1.
+    fn room(&self, bytes: usize) -> usize {
+        let frame = self.frames.first().map_or(1, |first| first.bytes.len().max(1));
+        (bytes / frame).clamp(1, MOST)
     }
 
     /// The step by which the animation time advances from `time` (in seconds). The step is zero until the last frame of
@@ -117,7 +126,12 @@ impl Clip {
         if self.frames.is_empty() {
             return Err("the clip has no frame: nothing was drawn meanwhile".to_owned());
         }
-        write(path, &self.frames, &self.delays())
+        let said = write(path, &self.frames, &self.delays())?;
+        Ok(if self.is_full() {
+            format!("{said}; it ended since a clip has at most {MOST} frames and 1 GiB")
+        } else {
+            said
+        })
     }
 }
 
@@ -201,6 +215,13 @@ mod tests {
         assert_eq!(frames, [(10, 50), (20, 150), (30, 50)]);
         std::fs::remove_file(path).unwrap();
         assert!(Clip::new().write(Path::new("x")).is_err());
+    }
+
+    #[test]
+    fn a_clip_of_large_frames_has_fewer() {
+        let mut clip = Clip::new();
+        clip.push(Picture { size: [2, 1], bytes: vec![0; 8] }, 0.0, true);
+        assert_eq!([clip.room(1 << 30), clip.room(100), clip.room(1)], [MOST, 12, 1]);
     }
 
     #[test]

@@ -5,6 +5,7 @@
 //! software driver leaves the window its share.
 
 use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Instant;
@@ -13,6 +14,7 @@ use eframe::egui;
 use eframe::egui_wgpu::RenderState;
 use umbragraph::diagnostic::{Diagnostic, Diagnostics};
 use umbragraph::frame::FrameInput;
+use umbragraph::low_level::source::Sources;
 use umbragraph::scene::gpu::SceneResources;
 use umbragraph::scene::{Pose, Scene};
 use umbragraph::{Error, Frame, Library, Plan, Renderer, Watcher, wgpu};
@@ -20,7 +22,8 @@ use umbragraph::{Error, Frame, Library, Plan, Renderer, Watcher, wgpu};
 use crate::arguments::Arguments;
 use crate::camera::View;
 use crate::guard::guarded;
-use crate::targets::Targets;
+use crate::state::Kept;
+use crate::targets::{self, Targets};
 use crate::values::Values;
 
 /// The number of frames drawn after a change, until history resources have settled.
@@ -52,6 +55,10 @@ pub(crate) struct Stage {
     pub(crate) plans: u64,
     /// The values from the last call of [`Stage::update`].
     pub(crate) values: Values,
+    /// The input of the last frame; `None` before the first one.
+    pub(crate) last: Option<FrameInput>,
+    /// The contents that the last frame began with.
+    pub(crate) kept: Kept,
     /// The data sizes that CPU passes requested last; `None` before the first request. `rounds` counts the requests
     /// since the last new plan.
     sizes: Option<BTreeMap<String, u32>>,
@@ -81,7 +88,7 @@ pub(crate) struct Stage {
 pub(crate) struct Shot<'a> {
     pub(crate) size: [u32; 2],
     pub(crate) values: &'a Values,
-    pub(crate) view: &'a mut Option<View>,
+    pub(crate) view: Option<&'a View>,
     pub(crate) time: f64,
 }
 
@@ -113,6 +120,8 @@ impl Stage {
             has_new_plan: false,
             plans: 0,
             values: Values::default(),
+            last: None,
+            kept: Kept::default(),
             sizes: None,
             rounds: 0,
             has_gpu_times: false,
@@ -140,15 +149,32 @@ impl Stage {
         self.watcher.pipeline()
     }
 
-    /// Opens another pipeline or scene. The old frame stays until a frame of the new files is drawn.
-    ///
-    /// # Errors
-    /// The errors of [`Watcher::new`].
-    pub(crate) fn open(&mut self, arguments: &Arguments, context: &egui::Context) -> Result<(), Error> {
-        self.watcher = watch(&self.library, arguments, &self.news, context)?;
-        (self.failed, self.no_scene, self.unset, self.no_picture) = (None, None, None, None);
-        self.touch();
-        Ok(())
+    /// The path of the pipeline that is drawn; `None` before the first one.
+    pub(crate) fn path(&self) -> Option<&Path> {
+        self.watcher.path()
+    }
+
+    /// The warnings and notes of the files that are drawn, with their sources, and those of the viewer about the plan.
+    pub(crate) fn warnings(&self) -> (Vec<Diagnostic>, Sources) {
+        let (found, sources) = self.watcher.warnings().unzip();
+        let own = self.plan.iter().flat_map(|plan| targets::empty_imports(plan));
+        let all = found.into_iter().flatten().cloned().chain(own).collect();
+        (all, sources.cloned().unwrap_or_default())
+    }
+
+    /// Opens another pipeline. The old one is drawn until a plan of the new one is there.
+    pub(crate) fn open_pipeline(&mut self, path: &Path) {
+        self.watcher.set_pipeline(path);
+    }
+
+    /// Opens another scene. The old one is drawn until the new one is loaded.
+    pub(crate) fn open_scene(&mut self, path: &Path) {
+        self.watcher.set_scene(path);
+    }
+
+    /// Applies other parameter files.
+    pub(crate) fn open_parameters(&mut self, paths: &[PathBuf]) {
+        self.watcher.set_parameters(paths);
     }
 
     pub(crate) fn scene(&self) -> Option<&Scene> {
@@ -200,9 +226,6 @@ impl Stage {
 
     /// Draws a frame if one is requested and the device has finished the last one. Returns `true` if a frame was drawn.
     pub(crate) fn update(&mut self, state: &RenderState, shot: Shot<'_>, context: &egui::Context) -> bool {
-        if let Some(scene) = self.watcher.take_scene() {
-            self.take_scene(state, scene, shot.view);
-        }
         if self.values != *shot.values {
             self.values = shot.values.clone();
             self.set_live();
@@ -235,6 +258,7 @@ impl Stage {
         let drawn = matches!(recorded, Ok(true));
         self.failed = recorded.err();
         if drawn {
+            self.last = Some(input);
             self.index += 1;
             self.submitted += 1;
             let (done, took, began) = (self.done.clone(), self.took.clone(), self.began);
@@ -248,16 +272,15 @@ impl Stage {
         drawn
     }
 
-    fn take_scene(&mut self, state: &RenderState, scene: Scene, view: &mut Option<View>) {
+    /// Takes the scene that the watcher has loaded. Returns `true` if there is one that the device takes.
+    pub(crate) fn take_scene(&mut self, state: &RenderState) -> bool {
+        let Some(scene) = self.watcher.take_scene() else { return false };
         let pose = scene.pose(0.0);
         let made = guarded(&state.device, "the scene", || {
             SceneResources::new(&state.device, &state.queue, &scene, &pose)
         });
         match made.map_err(Diagnostics::from).and_then(|made| made) {
             Ok(meshes) => {
-                if view.is_none() {
-                    *view = Some(View::home(&scene));
-                }
                 self.shown = Some(Shown { scene, pose, meshes });
                 self.renderer.renew_source();
                 self.no_scene = None;
@@ -265,17 +288,18 @@ impl Stage {
             Err(found) => self.no_scene = Some(Error::new(found, &Default::default())),
         }
         self.touch();
+        self.no_scene.is_none()
     }
 
     /// The camera, lights and bounds of a frame; also moves the meshes to their pose at the frame's time. `None` before
     /// the scene is loaded.
-    pub(crate) fn input(&mut self, state: &RenderState, shot: &Shot<'_>) -> Option<FrameInput> {
+    fn input(&mut self, state: &RenderState, shot: &Shot<'_>) -> Option<FrameInput> {
         let Shown { scene, pose, meshes } = self.shown.as_mut()?;
         scene.pose_into(shot.time, pose);
         meshes.update(&state.queue, scene, pose);
         let [width, height] = shot.size;
         let input = scene.frame_input_of(pose, f64::from(width) / f64::from(height), shot.time);
-        let camera = shot.view.as_ref().map_or(input.camera, |view| view.camera(input.camera));
+        let camera = shot.view.map_or(input.camera, |view| view.camera(input.camera));
         Some(input.camera(camera).index(self.index))
     }
 
@@ -299,6 +323,9 @@ impl Stage {
         let toggles = self.plan.as_deref().map(|plan| self.values.toggles_of(plan)).unwrap_or_default();
         let frame = Frame::new(input).draws(&shown.meshes).imports(&imports).toggles(&toggles);
         let mut encoder = state.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        if let (Some(executor), Some(plan)) = (self.renderer.executor(), &self.plan) {
+            self.kept.save(&state.device, &mut encoder, executor, plan, &imports);
+        }
         let drawn = self.renderer.record_watched(&mut self.watcher, &options, &mut encoder, &frame)?;
         if drawn {
             state.queue.submit([encoder.finish()]);

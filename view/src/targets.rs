@@ -5,7 +5,7 @@
 
 use eframe::egui;
 use eframe::egui_wgpu::RenderState;
-use umbragraph::diagnostic::Diagnostic;
+use umbragraph::diagnostic::{Diagnostic, codes};
 use umbragraph::executor::imported_texture;
 use umbragraph::low_level::compiler::PlannedResource;
 use umbragraph::low_level::picture::picture_of;
@@ -17,6 +17,24 @@ use crate::guard::guarded;
 pub(crate) const MORE: wgpu::TextureUsages = wgpu::TextureUsages::COPY_SRC
     .union(wgpu::TextureUsages::COPY_DST)
     .union(wgpu::TextureUsages::TEXTURE_BINDING);
+
+/// The warnings about textures of the host that passes read and that stay empty in the viewer.
+pub(crate) fn empty_imports(plan: &Plan) -> impl Iterator<Item = Diagnostic> {
+    let is_read = |resource: &PlannedResource| {
+        resource.format.is_some() && !plan.passes.iter().any(|pass| plan.writes(pass.handle, resource.handle))
+    };
+    plan.imports().filter(move |(_, resource)| is_read(resource)).map(|(name, resource)| {
+        let declared = plan.pipeline.resource(resource.handle);
+        let message = format!("the viewer has no contents for \"{name}\": passes read zeros from it");
+        let help = match name {
+            "environment" => {
+                "switch the feature \"environment\" off; `umbragraph render --environment FILE` draws with a picture"
+            }
+            _ => "the application gives this texture; look at the frame there",
+        };
+        Diagnostic::warning(codes::IMPORT, declared.place, message).pointer(&declared.pointer).help(help)
+    })
+}
 
 /// The picture, and its registration in egui.
 struct Picture {

@@ -60,19 +60,51 @@ fn bar_of(value: f32, min: f32, max: f32) -> usize {
     ((part * BARS as f64) as usize).min(BARS - 1)
 }
 
-/// The absolute difference of two textures for each texel, in the colour channels; `None` if their sizes differ.
+/// The absolute difference of two textures for each texel and channel; `None` if their sizes differ.
 pub(crate) fn difference(one: &Texels, other: &Texels) -> Option<Texels> {
     let size = |texels: &Texels| [texels.width, texels.height, texels.layers];
     if size(one) != size(other) {
         return None;
     }
+    let channels = one.channels.max(other.channels);
     let apart = |(a, b): (&[f32; 4], &[f32; 4])| {
-        let [red, green, blue, _] = std::array::from_fn(|channel| (a[channel] - b[channel]).abs());
-        [red, green, blue, 1.0]
+        let [red, green, blue, alpha] = std::array::from_fn(|channel| (a[channel] - b[channel]).abs());
+        [red, green, blue, if channels == 4 { alpha } else { 1.0 }]
     };
-    let channels = one.channels.min(3);
     let values = one.values.iter().zip(&other.values).map(apart).collect();
     Some(Texels { channels, values, ..one.clone() })
+}
+
+/// The texels of one channel alone.
+pub(crate) fn channel(texels: &Texels, channel: usize) -> Texels {
+    let one = |value: &[f32; 4]| [value[channel.min(3)], 0.0, 0.0, 1.0];
+    Texels { channels: 1, values: texels.values.iter().map(one).collect(), ..texels.clone() }
+}
+
+/// Texels whose alpha is added to the picture: each colour channel is at least as large as the fourth channel. A
+/// picture shows no alpha, and a difference of alpha alone would be black.
+pub(crate) fn with_visible_alpha(texels: Texels) -> Texels {
+    if texels.channels < 4 {
+        return texels;
+    }
+    let visible = |value: &[f32; 4]| value.map(|one| one.max(value[3]));
+    Texels { values: texels.values.iter().map(visible).collect(), ..texels }
+}
+
+/// The texels of a rectangle (x, y, width, height) of one layer; `None` if none of it lies within the texture.
+pub(crate) fn part(texels: &Texels, layer: u32, [x, y, width, height]: [u32; 4]) -> Option<Texels> {
+    let (width, height) =
+        (width.min(texels.width.checked_sub(x)?), height.min(texels.height.checked_sub(y)?));
+    if width == 0 || height == 0 || layer >= texels.layers {
+        return None;
+    }
+    let row = |y: u32| {
+        let start =
+            (layer as usize * texels.height as usize + y as usize) * texels.width as usize + x as usize;
+        texels.values.get(start..start + width as usize).unwrap_or_default().iter().copied()
+    };
+    let values = (y..y + height).flat_map(row).collect();
+    Some(Texels { width, height, layers: 1, values, ..texels.clone() })
 }
 
 /// Formats a number briefly for the inspector.
@@ -113,6 +145,25 @@ mod tests {
         let apart = difference(&texels(&[1.0, 4.0]), &texels(&[3.0, 4.0])).unwrap();
         assert_eq!([apart.values[0][0], apart.values[1][0]], [2.0, 0.0]);
         assert!(difference(&texels(&[1.0, 4.0]), &texels(&[1.0, 2.0, 3.0, 4.0])).is_none());
+    }
+
+    #[test]
+    fn a_difference_of_alpha_alone_is_seen() {
+        let of = |alpha| Texels { channels: 4, values: vec![[0.5, 0.0, 0.0, alpha]; 2], ..texels(&[0.0; 2]) };
+        let apart = difference(&of(1.0), &of(0.25)).unwrap();
+        assert_eq!((apart.channels, apart.values[0]), (4, [0.0, 0.0, 0.0, 0.75]));
+        assert_eq!(with_visible_alpha(apart.clone()).values[0][..3], [0.75; 3]);
+        assert_eq!(channel(&apart, 3).values[0][0], 0.75);
+    }
+
+    #[test]
+    fn a_part_is_a_rectangle_of_one_layer() {
+        let two = texels(&[1.0, 2.0, 3.0, 4.0]);
+        let part_of =
+            |layer, area| part(&two, layer, area).map(|one| one.values.iter().map(|one| one[0]).collect());
+        assert_eq!(part_of(1, [1, 0, 5, 1]), Some(vec![4.0]));
+        assert_eq!(part_of(0, [0, 0, 2, 9]), Some(vec![1.0, 2.0]));
+        assert_eq!([part_of(2, [0, 0, 1, 1]), part_of(0, [2, 0, 1, 1])], [None::<Vec<f32>>, None]);
     }
 
     #[test]

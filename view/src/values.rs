@@ -35,7 +35,8 @@ impl Values {
             let known = plan.and_then(|plan| plan.pipeline.parameters.get(name));
             known.is_some_and(|parameter| parameter.structural.is_none())
         };
-        let mut options = Options::new(width, height);
+        // A look at contents records a frame once more, from what it began with.
+        let mut options = Options::new(width, height).copyable_state(true);
         if let Some(preset) = &self.preset {
             options = options.preset(preset);
         }

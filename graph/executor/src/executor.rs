@@ -415,13 +415,27 @@ impl Executor {
     /// device. Nothing is recorded then, and the next frame is possible. Draws of the host that fail or panic are an
     /// error, too, but the rest of the frame is recorded.
     pub fn record(&mut self, encoder: &mut wgpu::CommandEncoder, frame: &Frame<'_>) -> Result<(), Error> {
-        self.try_record(encoder, frame).map_err(|found| self.error(found))
+        self.try_record(encoder, frame, false).map_err(|found| self.error(found))
+    }
+
+    /// Records the last frame once more, for example after [`Executor::set_plan`] with a plan that also copies textures
+    /// out. `frame` is that of the last record. CPU passes do not run: the data that they published then is used. Each
+    /// history reads what it read then, and its contents of that frame are written again.
+    ///
+    /// Persistent resources and imports are as the last record left them. If their contents follow from their contents
+    /// before, restore them first (`Options::copyable_state`). Kept views are drawn as after any change of plans.
+    ///
+    /// # Errors
+    /// As of [`Executor::record`].
+    pub fn repeat(&mut self, encoder: &mut wgpu::CommandEncoder, frame: &Frame<'_>) -> Result<(), Error> {
+        self.try_record(encoder, frame, true).map_err(|found| self.error(found))
     }
 
     fn try_record(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
         frame: &Frame<'_>,
+        is_again: bool,
     ) -> Result<(), Diagnostics> {
         reject(self.late.known())?;
         if let Some(source) = frame.draws {
@@ -435,9 +449,9 @@ impl Executor {
         self.warnings = Diagnostics::new();
         inputs::warnings(frame, &mut self.warnings);
         self.times.reset(self.instantiated.plan.passes.len());
-        inputs::run_cpu_passes(&mut self.instantiated, frame, &mut self.times)?;
+        inputs::run_cpu_passes(&mut self.instantiated, frame, &mut self.times, is_again)?;
         let start = self.times.now();
-        self.prepare(encoder, frame)?;
+        self.prepare(encoder, frame, is_again)?;
         self.times.add_preparation(start);
         self.gpu_times.reset(&self.preparation.device);
         record::record(
@@ -459,7 +473,12 @@ impl Executor {
     }
 
     /// Creates the device objects that the record needs, and uploads its uniform and storage blocks.
-    fn prepare(&mut self, encoder: &wgpu::CommandEncoder, frame: &Frame<'_>) -> Result<(), Diagnostics> {
+    fn prepare(
+        &mut self,
+        encoder: &wgpu::CommandEncoder,
+        frame: &Frame<'_>,
+        is_again: bool,
+    ) -> Result<(), Diagnostics> {
         self.records += 1;
         let mut creation = Creation::new(&self.preparation.device, &mut self.statistics);
         let size = self.instantiated.blocks.size;
@@ -470,7 +489,7 @@ impl Executor {
             &self.queue,
             frame,
             blocks.as_ref(),
-            self.records,
+            (self.records, is_again),
         );
         if let (Some(blocks), Ok(())) = (&blocks, &prepared) {
             // Within the scopes of the creation, if there are any: on a device that is lost, a new buffer is none.

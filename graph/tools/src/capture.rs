@@ -6,7 +6,8 @@
 //! of such copies, to be included in the pipeline
 //! ([`Composed::include`](umbragraph_pipeline::compose::Composed::include)).
 //!
-//! Limits: a texture of several samples or a volume cannot be captured; one mip level each, all of its layers.
+//! Limits: one mip level each, all of its layers. [`document`] rejects textures of several samples and volumes, of which
+//! there is no picture; [`copies`] takes them.
 
 use std::fmt::Write as _;
 
@@ -25,6 +26,13 @@ pub struct Capture {
     pub reference: String,
     /// The mip level to capture, from 0.
     pub mip: u32,
+}
+
+/// The textures that a capture document can be made for.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Wanted {
+    Pictures,
+    All,
 }
 
 /// A generated pipeline document that copies captured textures to imported textures.
@@ -47,13 +55,27 @@ pub struct CaptureDocument {
 /// Fails for resources that do not exist, are culled or are no textures; passes that do not write the resource; missing
 /// mip levels; multisampled textures; and 3D textures.
 pub fn document(plan: &Plan, captures: &[Capture]) -> Result<CaptureDocument, Diagnostics> {
+    document_of(plan, captures, Wanted::Pictures)
+}
+
+/// Generates the document as [`document`] does, also for textures of several samples and volumes. The imported texture
+/// then has as many samples, or is a volume, too.
+///
+/// # Errors
+///
+/// As of [`document`], except that all textures are taken.
+pub fn copies(plan: &Plan, captures: &[Capture]) -> Result<CaptureDocument, Diagnostics> {
+    document_of(plan, captures, Wanted::All)
+}
+
+fn document_of(plan: &Plan, captures: &[Capture], wanted: Wanted) -> Result<CaptureDocument, Diagnostics> {
     let mut diagnostics = Diagnostics::new();
     let mut subgraphs = serde_json::Map::new();
     let mut passes = serde_json::Map::new();
     let mut imports = Vec::new();
     let mut overwritten = Vec::new();
     for capture in captures {
-        let resource = match check(plan, capture) {
+        let resource = match check(plan, capture, wanted) {
             Ok(resource) => resource,
             Err(diagnostic) => {
                 diagnostics.push(diagnostic);
@@ -64,12 +86,20 @@ pub fn document(plan: &Plan, captures: &[Capture]) -> Result<CaptureDocument, Di
         let name = free_name(plan, imports.len());
         let format = resource.format.map(umbragraph_pipeline::language::format_name).unwrap_or_default();
         let side = |side: &str| format!("=max(1, floor(captured.{side} / {}))", 1u64 << capture.mip);
-        let texture = json!({
+        let is_volume = is_volume(plan, resource);
+        let layers = if is_volume { side("layers") } else { "=captured.layers".to_owned() };
+        let mut texture = json!({
             "format": format,
             "size": [side("width"), side("height")],
-            "layers": "=captured.layers",
+            "layers": layers,
             "lifetime": "imported"
         });
+        if is_volume {
+            texture["view_dimension"] = json!("3d");
+        }
+        if let Some(samples) = resource.size.map(|size| size.samples).filter(|samples| *samples > 1) {
+            texture["samples"] = json!(samples);
+        }
         let copy =
             json!({ "from": { "name": "&captured", "mip": capture.mip }, "to": { "name": "&contents" } });
         // As an input of a subgraph a resource of any name stands in expressions, so that the copy is planned again for
@@ -122,7 +152,12 @@ fn free_name(plan: &Plan, at: usize) -> String {
     name
 }
 
-fn check<'p>(plan: &'p Plan, capture: &Capture) -> Result<&'p PlannedResource, Diagnostic> {
+fn is_volume(plan: &Plan, resource: &PlannedResource) -> bool {
+    let declared = plan.pipeline.resource(resource.handle).texture();
+    declared.is_some_and(|texture| texture.view_dimension == Some(TextureShape::D3))
+}
+
+fn check<'p>(plan: &'p Plan, capture: &Capture, wanted: Wanted) -> Result<&'p PlannedResource, Diagnostic> {
     let error = |message: String, help: String| {
         Err(Diagnostic::error(codes::CAPTURE, Place::Nowhere, message).help(help))
     };
@@ -171,14 +206,13 @@ fn check<'p>(plan: &'p Plan, capture: &Capture) -> Result<&'p PlannedResource, D
             return error(message, format!("\"{name}\" is written by {}", list_of(writers())));
         }
     }
-    let declared = plan.pipeline.resource(resource.handle).texture();
-    if declared.is_some_and(|texture| texture.view_dimension == Some(TextureShape::D3)) {
+    if wanted == Wanted::Pictures && is_volume(plan, resource) {
         return error(
             format!("\"{name}\" is a volume"),
             "capture a texture that a pass makes of one slice".into(),
         );
     }
-    if size.samples > 1 {
+    if wanted == Wanted::Pictures && size.samples > 1 {
         return error(
             format!("\"{name}\" has {} samples a texel, of which there is no picture", size.samples),
             "capture the texture that it is resolved to".into(),

@@ -10,6 +10,7 @@ mod controls;
 mod edits;
 mod formats;
 mod hand;
+mod looking;
 mod opening;
 mod output;
 mod pictures;

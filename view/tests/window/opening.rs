@@ -54,6 +54,62 @@ fn dropped_scenes_and_pipelines_are_opened() {
 }
 
 #[test]
+fn dropped_values_cameras_and_broken_files_keep_the_frame() {
+    let Some(mut hand) = start("drop-others", &["--scale", "0.25"]) else { return };
+    // Without the panel below, whose height would change the size of the frame.
+    hand.display.press(&[], u32::from('g'));
+    hand.wait("no panel", |state| state["below"].is_null());
+    let first = hand.settle();
+    let middle = hand.point("frame", [0.4, 0.4]);
+    let values = hand.folder.join("soft.params.json");
+    std::fs::write(&values, "{ \"format\": 1, \"parameters\": { \"resolution\": 64 } } // soft\n").unwrap();
+    drop_file(&values, middle);
+    hand.wait("values", |state| number(&state["planned"]["resolution"]) == 64.0);
+    assert_eq!(hand.state()["pipeline"], first["pipeline"]);
+    // Saving goes into the file in use, and keeps what it holds.
+    hand.type_into("search");
+    hand.display.write("fxaa");
+    hand.click("fxaa");
+    hand.wait("feature", |state| state["given"]["features"]["fxaa"] == true);
+    hand.click("save as parameter file");
+    hand.wait("saved", |state| state["message"].as_str().is_some_and(|said| said.starts_with("saved into ")));
+    let text = std::fs::read_to_string(&values).unwrap();
+    assert!(
+        text.contains("\"resolution\": 64") && text.ends_with("// soft\n") && text.contains("fxaa"),
+        "{text}"
+    );
+    hand.leave_text();
+    let path = hand.folder.join("way.json");
+    let keys = "{ \"keys\": [{ \"time\": 0, \"position\": [2, 4, 16], \"target\": [0.125, 1, 0] }] }";
+    std::fs::write(&path, keys).unwrap();
+    drop_file(&path, middle);
+    hand.wait("camera", |state| state["camera"]["position"] == serde_json::json!([2.0, 4.0, 16.0]));
+    hand.settle();
+    let good = hand.screenshot();
+    let before = hand.state();
+    for (name, text) in [("bad.json", "{ \"format\": 1, \"passes\": {"), ("bad.glb", "no scene")] {
+        let bad = hand.folder.join(name);
+        std::fs::write(&bad, text).unwrap();
+        drop_file(&bad, middle);
+        hand.wait("error", |state| state["errors"].as_array().is_some_and(|errors| !errors.is_empty()));
+        if hand.state()["below"] == "Notices" {
+            hand.display.press(&[], u32::from('n'));
+        }
+        hand.wait("no panel", |state| state["below"].is_null());
+        let state = hand.settle();
+        assert_eq!(state["camera"], before["camera"], "{name}");
+        assert_eq!(state["pipeline"], before["pipeline"], "{name}");
+        assert!(hand.screenshot() == good, "{name}: not the last good frame");
+    }
+    let bad = hand.folder.join("bad.camera.json");
+    std::fs::write(&bad, "{").unwrap();
+    drop_file(&bad, middle);
+    hand.wait("rejected path", |state| {
+        state["message"].as_str().is_some_and(|said| said.contains("bad.camera.json is not opened"))
+    });
+}
+
+#[test]
 fn a_moving_camera_goes_on_until_it_is_moved_by_hand() {
     for path in ["orbit", "walk"] {
         let Some(mut hand) = start(&format!("moving-{path}"), &["--scale", "0.25", "--camera", path]) else {

@@ -41,6 +41,8 @@ pub struct CpuPasses {
     plan: Arc<Plan>,
     /// For each pass of the plan, by position: the CPU node with its state; `None` for other passes.
     runs: Vec<Option<Box<dyn CpuRun>>>,
+    /// For each pass of the plan, by position: whether it has run, in this plan or as the same pass of one before.
+    has_run: Vec<bool>,
     /// For each resource, indexed by handle: the last published data; `None` for textures and buffers.
     data: Vec<Option<BlackboardData>>,
     switches: Switches,
@@ -50,7 +52,8 @@ impl CpuPasses {
     /// Creates the state of a plan's CPU passes, before their first frame.
     pub fn new(plan: Arc<Plan>) -> Self {
         let run = |pass| cpu_work(&plan, pass).map(|cpu| cpu.node.start());
-        let runs = plan.passes.iter().map(|planned| run(planned.handle)).collect();
+        let runs: Vec<_> = plan.passes.iter().map(|planned| run(planned.handle)).collect();
+        let has_run = vec![false; runs.len()];
         let data = plan.pipeline.resource_handles().map(|resource| {
             let ResourceKind::Data(Some(shape)) = &plan.pipeline.resource(resource).kind else { return None };
             let mut data = BlackboardData::new(shape.clone());
@@ -58,7 +61,7 @@ impl CpuPasses {
             Some(data)
         });
         let data = data.collect();
-        Self { runs, data, switches: Switches::new(&plan), plan }
+        Self { runs, has_run, data, switches: Switches::new(&plan), plan }
     }
 
     /// Replaces the plan. CPU passes that are equal in both plans keep their state and data.
@@ -70,7 +73,7 @@ impl CpuPasses {
     /// Moves in the state and data of CPU passes that have the same name, node and data shape in another plan.
     pub fn go_on_from(&mut self, mut before: Self) {
         let (plan, old) = (&self.plan, &before.plan);
-        for (run, planned) in self.runs.iter_mut().zip(&plan.passes) {
+        for ((run, has_run), planned) in self.runs.iter_mut().zip(&mut self.has_run).zip(&plan.passes) {
             let Some(cpu) = cpu_work(plan, planned.handle) else { continue };
             let Some(at) = old.passes.iter().position(|old| old.name == planned.name) else { continue };
             let Some(known) = cpu_work(old, old.passes[at].handle) else { continue };
@@ -84,6 +87,7 @@ impl CpuPasses {
                 && data.shape() == kept.shape()
             {
                 *run = before.runs[at].take();
+                *has_run = before.has_run[at];
                 std::mem::swap(data, kept);
                 plan_sizes(plan, cpu.output.resource, data);
             }
@@ -117,6 +121,7 @@ impl CpuPasses {
         let mut data = self.data.get_mut(cpu.output.resource.index()).and_then(Option::take)?;
         data.clear();
         let runs = self.switches.runs(&self.plan, pass);
+        self.has_run[at] = true;
         if runs {
             let filler = BlackboardData::new(DataShape::new());
             let mut few = [&filler; FEW_INPUTS];
@@ -193,6 +198,11 @@ impl CpuPasses {
     /// after a diagnostic.
     pub fn update(&mut self, at: usize, settings: &mut LiveSettings<'_>) -> Option<()> {
         self.runs.get_mut(at).and_then(Option::as_mut).map_or(Some(()), |run| run.update(settings))
+    }
+
+    /// Returns `true` if the pass at a position of the plan has published the data of a frame.
+    pub fn has_run(&self, at: usize) -> bool {
+        self.has_run.get(at).copied().unwrap_or_default()
     }
 
     /// Sets the toggles of a frame; toggles that are not listed have their default state.

@@ -124,6 +124,7 @@ pub fn plan(
             resolved: resolved.list.clone(),
             import_kinds: options.import_kinds(),
             aliasing: options.aliasing,
+            copyable_state: options.copyable_state,
         }),
     };
     allocate::allocate(&mut plan, &resolved);

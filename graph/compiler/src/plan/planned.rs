@@ -91,6 +91,8 @@ pub(crate) struct Fixed {
     pub(crate) import_kinds: BTreeMap<String, (TextureFormat, TextureUsages)>,
     /// Whether transient resources may share memory.
     pub(crate) aliasing: bool,
+    /// Whether resources that outlive a frame can be copied from and to.
+    pub(crate) copyable_state: bool,
 }
 
 /// A live (not culled) pass.

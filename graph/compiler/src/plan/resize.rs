@@ -47,6 +47,7 @@ impl Plan {
         let alike = options.objective == self.order.objective
             && options.objective != Objective::Memory
             && options.aliasing == fixed.aliasing
+            && options.copyable_state == fixed.copyable_state
             && options.import_kinds() == fixed.import_kinds;
         if !alike {
             return None;
@@ -109,7 +110,8 @@ mod tests {
         for objective in [Objective::Memory, Objective::FewPasses] {
             assert!(!taken_over(&PlanOptions { objective, ..options.clone() }));
         }
-        assert!(!taken_over(&PlanOptions { aliasing: false, ..options }));
+        assert!(!taken_over(&PlanOptions { aliasing: false, ..options.clone() }));
+        assert!(!taken_over(&PlanOptions { copyable_state: true, ..options }));
     }
 
     #[test]

@@ -22,6 +22,9 @@ pub struct PlanOptions {
     pub data_sizes: BTreeMap<String, u32>,
     /// Whether transient resources may share memory when their lifetimes do not overlap.
     pub aliasing: bool,
+    /// Whether textures and buffers that outlive a frame can be copied from and to. A host can then save and restore
+    /// their contents, and a plan that copies them out keeps their memory.
+    pub copyable_state: bool,
     /// The objective by which the execution order of the passes is chosen.
     pub objective: Objective,
 }
@@ -34,6 +37,7 @@ impl PlanOptions {
             imports: BTreeMap::new(),
             data_sizes: BTreeMap::new(),
             aliasing: true,
+            copyable_state: false,
             objective: Objective::Declaration,
         }
     }
@@ -45,6 +49,8 @@ impl PlanOptions {
         data_sizes: BTreeMap<String, u32>,
         /// Sets whether transient resources may share memory.
         aliasing: bool,
+        /// Sets whether textures and buffers that outlive a frame can be copied from and to.
+        copyable_state: bool,
         /// Sets the objective by which the execution order of the passes is chosen.
         objective: Objective,
     }

@@ -117,6 +117,8 @@ impl<'a> ResolvedResources<'a> {
             if wants.accesses.is_empty() {
                 continue;
             }
+            let is_state = matches!(resource.lifetime(), Lifetime::Persistent | Lifetime::History);
+            let is_copyable = options.copyable_state && is_state;
             let descriptor = match (&resource.kind, resolved.sizes.of(handle)) {
                 (ResourceKind::Texture(texture), Some(Size::Texture(size))) => {
                     let mut usages = wants.texture_usages();
@@ -125,6 +127,9 @@ impl<'a> ResolvedResources<'a> {
                     }
                     if resource.is_exposed() {
                         usages |= TextureUsages::COPY_SRC | TextureUsages::TEXTURE_BINDING;
+                    }
+                    if is_copyable {
+                        usages |= TextureUsages::COPY_SRC | TextureUsages::COPY_DST;
                     }
                     resolved.check_import(handle, usages, wants, options, diagnostics);
                     let import = told(options, resource);
@@ -161,6 +166,9 @@ impl<'a> ResolvedResources<'a> {
                         wants.accesses.iter().map(|(_, one)| one.usage.buffer_usages()).collect();
                     if resource.is_exposed() {
                         usages |= BufferUsages::COPY_SRC | BufferUsages::STORAGE;
+                    }
+                    if is_copyable {
+                        usages |= BufferUsages::COPY_SRC | BufferUsages::COPY_DST;
                     }
                     Some(Descriptor::Buffer { bytes, usages })
                 }

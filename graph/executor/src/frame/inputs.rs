@@ -222,7 +222,7 @@ fn import_error(plan: &Plan, name: &str, resource: &PlannedResource, import: Imp
     Some(format!("\"{pass}\" copies \"{name}\", which takes a whole texture, not a part of one"))
 }
 
-/// Runs the CPU passes in the plan's order.
+/// Runs the CPU passes in the plan's order. With `is_again`, passes keep what they published for the last frame.
 ///
 /// # Errors
 /// A pass that publishes data it did not declare, or a view that lies outside the attachments it is drawn into.
@@ -230,9 +230,13 @@ pub(crate) fn run_cpu_passes(
     instantiated: &mut Instantiated,
     frame: &Frame<'_>,
     times: &mut Times,
+    is_again: bool,
 ) -> Result<(), Diagnostics> {
     let mut diagnostics = Diagnostics::new();
     for at in 0..instantiated.passes.len() {
+        if is_again && instantiated.cpu_passes.has_run(at) {
+            continue;
+        }
         let start = times.now();
         if let Some(outcome) = instantiated.cpu_passes.run_pass(at, frame.input) {
             diagnostics.extend(outcome.err());

@@ -56,7 +56,8 @@ impl Scratch {
     }
 }
 
-/// Rotates the histories, and creates the views and bind groups that a record needs and that do not exist yet.
+/// Rotates the histories, and creates the views and bind groups that a record needs and that do not exist yet. With
+/// `is_again` the record is the last frame once more, and histories stay.
 ///
 /// # Errors
 /// Materials or objects that the host does not provide; textures of another device.
@@ -66,10 +67,10 @@ pub(crate) fn prepare(
     queue: &wgpu::Queue,
     frame: &Frame<'_>,
     blocks: Option<&wgpu::Buffer>,
-    record: u64,
+    (record, is_again): (u64, bool),
 ) -> Result<(), Diagnostic> {
     let Resources { textures, histories, .. } = &mut instantiated.resources;
-    histories.advance(&instantiated.plan, instantiated.cpu_passes.switches());
+    histories.advance(&instantiated.plan, instantiated.cpu_passes.switches(), is_again);
     histories.prepare(creation, queue, textures);
     instantiated.resources.imports.set(creation, queue, frame.imports, record)?;
     let (resources, switches) = (&instantiated.resources, instantiated.cpu_passes.switches());

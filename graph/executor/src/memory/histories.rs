@@ -111,14 +111,16 @@ impl Histories {
         self.list.get(history).map_or(0, |history| history.moved)
     }
 
-    /// Begins a record: rotates the copies of each history that the last record wrote.
-    pub(crate) fn advance(&mut self, plan: &Plan, switches: &Switches) {
+    /// Begins a record: rotates the copies of each history that the last record wrote. With `is_again` the record is
+    /// the last frame once more: nothing rotates, and it overwrites what the last record wrote.
+    pub(crate) fn advance(&mut self, plan: &Plan, switches: &Switches, is_again: bool) {
         for history in &mut self.list {
             history.before = (history.moved, history.written);
-            if history.written {
+            if history.written && !is_again {
                 history.moved = (history.moved + 1) % history.places.len().max(1);
             }
-            history.written = history.writers.iter().any(|writer| switches.runs(plan, *writer));
+            let writes = history.writers.iter().any(|writer| switches.runs(plan, *writer));
+            history.written = writes || (history.written && is_again);
         }
     }
 
