@@ -90,11 +90,11 @@ function pick(name) {
   highlight(name === null ? null : related(name));
   if (name !== null) document.body.classList.remove("closed");
   svg.querySelector(".picked")?.scrollIntoView({ block: "nearest", inline: "center" });
-  details.replaceChildren(close(), ...(passes.has(name) ? passDetails(passes.get(name)) : resources.has(name) ? resourceDetails(resources.get(name)) : overview()));
+  details.replaceChildren(closeButton(), ...(passes.has(name) ? passDetails(passes.get(name)) : resources.has(name) ? resourceDetails(resources.get(name)) : overview()));
 }
 
 // The button that closes the panel; selecting anything opens it again.
-const close = () => make("button", { class: "close", title: "Close the panel", "aria-label": "Close the panel",
+const closeButton = () => make("button", { class: "close", title: "Close the panel", "aria-label": "Close the panel",
   onclick: () => document.body.classList.add("closed") }, "×");
 // The longest time of any pass on the processor (0) or the GPU (1).
 const longestOf = (at) => Math.max(0, ...Object.values(observed.times).map((times) => times[at]));
