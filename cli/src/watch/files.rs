@@ -30,6 +30,7 @@ impl Stamps {
     }
 
     /// Adds the stamps of others; existing stamps are kept.
+    #[cfg(feature = "gpu")]
     pub(super) fn and(mut self, others: &Self) -> Self {
         for (path, stamps) in &others.0 {
             self.0.entry(path.clone()).or_insert_with(|| stamps.clone());
