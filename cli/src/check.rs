@@ -129,8 +129,8 @@ fn whole(number: u128) -> serde_json::Value {
     }
 }
 
-/// Returns the note that most of the checked variants are of templates that come with the command, with the way to check
-/// fewer; empty if they are not, or if there are few.
+/// Returns the note that most of the checked variants are of bundled templates, with the way to check fewer; empty if
+/// most are not, or if there are few.
 fn of_library(path: &PathBuf, covered: &Surveyed, session: &mut Session, choices: &Choices) -> String {
     let variants = &covered.coverage.variants;
     let own = variants.iter().filter(|(template, _)| session.is_own_template(template)).count();
