@@ -145,8 +145,8 @@ fn of_library(path: &PathBuf, covered: &Surveyed, session: &mut Session, choices
     let templates = choices.files.templates.iter().map(|folder| format!(" --templates {}", folder.display()));
     let options = templates.collect::<String>();
     format!(
-        " ({own} of templates of yours, {} of those that come with the command; `umbragraph check {}{options} --config` \
-         checks one configuration)",
+        " ({own} of templates of yours, {} of those that come with the command; `umbragraph check \
+         {}{options} --config` checks one configuration)",
         variants.len() - own,
         path.display()
     )
