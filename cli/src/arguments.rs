@@ -113,7 +113,8 @@ pub(crate) enum Command {
     /// Validates every shader variant that pipelines can reach, or that templates can express; needs no graphics
     /// adapter.
     Permutations(PermutationsArguments),
-    /// Prints the plan of a pipeline as JSON: passes in order, resources, and culled passes with the reason.
+    /// Prints the plan of a pipeline: passes in order with what they read and write, resources, and why passes are
+    /// culled.
     Plan(PlanArguments),
     /// Explains a name in a pipeline: the file and line that set each value, and the compiler's result for it.
     Why(WhyArguments),
@@ -125,6 +126,8 @@ pub(crate) enum Command {
     Wgsl(WgslArguments),
     /// Prints the reference: node kinds and their outputs, keys, types, functions, templates, and codes of diagnostics.
     Reference(ReferenceArguments),
+    /// Lists the pipelines and templates that come with the command, or prints one of them.
+    Show(ShowArguments),
     /// Formats JSON files in the canonical layout; comments and values stay as they are.
     Fmt(FmtArguments),
     /// Prints the JSON Schema of pipelines, with every node kind, for editors.
@@ -292,6 +295,10 @@ impl DiagnosticsFormat {
 pub(crate) struct PlanArguments {
     /// The pipeline file.
     pub(crate) pipeline: PathBuf,
+    /// The format of the plan: human, tables of passes and resources; or json, with load and store operations, shader
+    /// variants and the bytes of blocks.
+    #[arg(long, value_enum, value_name = "NAME", default_value_t)]
+    pub(crate) format: AnswerFormat,
     /// Checks the plan by a second, independent algorithm.
     #[arg(long)]
     pub(crate) verify: bool,
@@ -343,6 +350,13 @@ pub(crate) struct WgslArguments {
     pub(crate) map: bool,
     #[command(flatten)]
     pub(crate) choices: Choices,
+}
+
+#[derive(Args)]
+pub(crate) struct ShowArguments {
+    /// The file to print: a pipeline such as umbragraph:nebula.json, or a template such as lib/fullscreen.wgsl.jinja. By
+    /// default, all names are listed.
+    pub(crate) name: Option<String>,
 }
 
 #[derive(Args)]

@@ -1,7 +1,7 @@
 //! `umbragraph check`: validates pipelines in every configuration.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use umbragraph::diagnostic::counted;
 use umbragraph::low_level::pipeline::{Cover, MAX_CONFIGURATIONS};
@@ -9,7 +9,7 @@ use umbragraph::low_level::session::Surveyed;
 use umbragraph::low_level::shader::permutations::Count;
 
 use crate::annotations::add_summary;
-use crate::arguments::CheckArguments;
+use crate::arguments::{CheckArguments, Choices};
 use crate::bar::Bar;
 use crate::cache::Cache;
 use crate::junit::Fine;
@@ -17,6 +17,7 @@ use crate::mend::mend;
 use crate::parts;
 use crate::remarks;
 use crate::session::Session;
+use crate::show::SCHEME;
 use crate::streams::{complain, print};
 
 /// Checks pipelines, after applying fixes if requested. Returns `true` if no errors are left; in a dry run, only if
@@ -75,7 +76,7 @@ pub(crate) fn run(arguments: &CheckArguments) -> bool {
             is_sound = false;
         }
         if session.diagnostics.error_count() == before && !arguments.format.is_data() {
-            text.push_str(&summary(path, &covered, arguments.verify));
+            text.push_str(&summary(path, &covered, &mut session, arguments));
             if arguments.verbose {
                 text.push_str(&remarks::lines(path, &covered));
             }
@@ -128,8 +129,34 @@ fn whole(number: u128) -> serde_json::Value {
     }
 }
 
+/// Returns the note that most of the checked variants are of bundled templates, with the way to check fewer; empty if
+/// most are not, or if there are few.
+fn of_library(path: &PathBuf, covered: &Surveyed, session: &mut Session, choices: &Choices) -> String {
+    let variants = &covered.coverage.variants;
+    let own = variants.iter().filter(|(template, _)| session.is_own_template(template)).count();
+    let is_bundled = |path: &Path| path.to_string_lossy().starts_with(SCHEME);
+    if is_bundled(path) || variants.len() < MANY_VARIANTS || own * 2 > variants.len() {
+        return String::new();
+    }
+    let paths = session.paths(std::slice::from_ref(path), &choices.files.extension);
+    if !paths.iter().any(|path| is_bundled(path)) {
+        return String::new();
+    }
+    let templates = choices.files.templates.iter().map(|folder| format!(" --templates {}", folder.display()));
+    let options = templates.collect::<String>();
+    format!(
+        " ({own} of templates of yours, {} of those that come with the command; `umbragraph check \
+         {}{options} --config` checks one configuration)",
+        variants.len() - own,
+        path.display()
+    )
+}
+
+/// The number of shader variants below which it does not matter whose they are.
+const MANY_VARIANTS: usize = 32;
+
 /// Returns one line about a pipeline without errors; empty if the pipeline has no plan.
-fn summary(path: &Path, covered: &Surveyed, verified: bool) -> String {
+fn summary(path: &PathBuf, covered: &Surveyed, session: &mut Session, arguments: &CheckArguments) -> String {
     let Some(plan) = &covered.coverage.first.plan else { return String::new() };
     let unchecked = covered.coverage.first.pipeline.as_ref().map_or(0, |pipeline| pipeline.gaps.len());
     let passes = plan.passes.len() + plan.culled.len() + unchecked;
@@ -152,13 +179,14 @@ fn summary(path: &Path, covered: &Surveyed, verified: bool) -> String {
         }
     };
     format!(
-        "{}: {} ({} culled), {}, {}, {configurations}{}, valid for {}\n",
+        "{}: {} ({} culled), {}, {}{}, {configurations}{}, valid for {}\n",
         path.display(),
         counted(passes, "pass"),
         plan.culled.len(),
         counted(plan.resources.len(), "resource"),
         counted(covered.coverage.variants.len(), "shader variant"),
-        if verified { ", plans verified" } else { "" },
+        of_library(path, covered, session, &arguments.choices),
+        if arguments.verify { ", plans verified" } else { "" },
         covered.profiles.join(", ")
     )
 }

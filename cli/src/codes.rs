@@ -5,7 +5,7 @@
 umbragraph::low_level::codes! {
     /// A file to compare that is neither a pipeline nor a report.
     NOT_A_REPORT = "UG0009", "not a report",
-        "`umbragraph diff` compares pipelines and the reports that `umbragraph graph --format json` prints. This file has a list of passes, as a report has, but not the rest of one: it is another tool's, another version's, or the plan that `umbragraph plan` prints.";
+        "`umbragraph diff` compares pipelines and the reports that `umbragraph graph --format json` prints. This file has a list of passes, as a report has, but not the rest of one: it is another tool's, another version's, or the plan that `umbragraph plan --format json` prints.";
     /// A setting on the command line without a value.
     SETTING_FORM = "UG0005", "not a setting",
         "Settings on the command line are written NAME=VALUE; the value is JSON, a word of an enumeration, or `on` or `off` where a boolean is declared.";

@@ -11,6 +11,7 @@ use umbragraph::low_level::source::{FileId, MAX_FILE_BYTES, Sources, Span};
 
 use crate::arguments::FmtArguments;
 use crate::replace::replace;
+use crate::show::SCHEME;
 use crate::streams::{complain, print, print_contents, print_json};
 
 /// The name of standard input in diagnostics.
@@ -33,6 +34,14 @@ pub(crate) fn run(arguments: &FmtArguments) -> bool {
 
 /// Formats or checks one file. Returns `true` if the file already had its canonical layout.
 fn treat(path: &Path, arguments: &FmtArguments, sources: &mut Sources) -> Result<bool, Diagnostics> {
+    if let Some(name) = path.to_str().filter(|name| name.starts_with(SCHEME)) {
+        let message = format!("\"{name}\" comes with the command and is no file on the disk");
+        let help = format!(
+            "`umbragraph show {name} > FILE` makes a file of it, and `umbragraph show {name} | umbragraph fmt --strict -` \
+             prints it as strict JSON"
+        );
+        return Err(Diagnostic::in_file(codes::FILE_UNREADABLE, name, "", message).help(help).into());
+    }
     let is_input = path.as_os_str() == "-";
     let (file, bytes) = if is_input { read_input(sources) } else { read_file(path, sources) }?;
     if arguments.strict {

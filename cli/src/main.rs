@@ -50,6 +50,7 @@ mod score;
 mod session;
 #[cfg(feature = "score")]
 mod shadow_term;
+mod show;
 mod streams;
 #[cfg(feature = "gpu")]
 mod test;
@@ -92,6 +93,7 @@ fn main() -> ExitCode {
         Command::Diff(arguments) => diff::run(&arguments),
         Command::Wgsl(arguments) => wgsl::run(&arguments),
         Command::Reference(arguments) => reference::run(&arguments),
+        Command::Show(arguments) => show::run(&arguments),
         Command::Fmt(arguments) => fmt::run(&arguments),
         Command::Schema(arguments) => schema::run(&arguments),
         #[cfg(feature = "lsp")]

@@ -68,7 +68,8 @@ fn write(arguments: &NewArguments) -> Result<String, Diagnostics> {
     let shown = folder.display();
     Ok(format!(
         "{shown}: {} files\n\n  cd {shown}\n  umbragraph check {name}.json --templates shaders\n  umbragraph render {name}.json \
-         --templates shaders --scene scene.gltf --out {name}.png\n",
+         --templates shaders --scene scene.gltf --out {name}.png\n  umbragraph watch {name}.json --templates shaders \
+         --render {name}.png --scene scene.gltf\n  umbragraph view {name}.json --templates shaders --scene scene.gltf\n",
         files.len()
     ))
 }

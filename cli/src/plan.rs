@@ -1,10 +1,11 @@
-//! `umbragraph plan`: prints the plan of a pipeline.
+//! `umbragraph plan`: prints the plan of a pipeline, as tables or as JSON.
 
+use umbragraph::low_level::report::{Report, table};
 use umbragraph_verify::verify;
 
-use crate::arguments::PlanArguments;
+use crate::arguments::{AnswerFormat, PlanArguments};
 use crate::session::Session;
-use crate::streams::{complain, print_json};
+use crate::streams::{complain, print, print_json};
 
 /// Prints a plan. Returns `true` if there were no errors and, with `--verify`, no violations.
 pub(crate) fn run(arguments: &PlanArguments) -> bool {
@@ -25,11 +26,15 @@ pub(crate) fn run(arguments: &PlanArguments) -> bool {
         let (passes, resources) = (plan.passes.len(), plan.resources.len());
         complain(&format!("verified: {passes} passes, {resources} resources, no violations\n"));
     }
-    match serde_json::to_string_pretty(&*plan) {
-        Ok(text) => {
-            print_json(&(text + "\n"));
-            fine
+    match arguments.format {
+        AnswerFormat::Human => {
+            let Some(graph) = &checked.graph else { return false };
+            print(&table(&Report::new(&plan, graph, session.sources())));
         }
-        Err(_) => false,
+        AnswerFormat::Json => {
+            let Ok(text) = serde_json::to_string_pretty(&*plan) else { return false };
+            print_json(&(text + "\n"));
+        }
     }
+    fine
 }

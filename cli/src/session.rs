@@ -102,6 +102,12 @@ impl Session {
         self.session.sources()
     }
 
+    /// Returns `true` if a template lies in the folder of `--templates`.
+    pub(crate) fn is_own_template(&self, name: &str) -> bool {
+        let own = self.own_files.as_ref();
+        own.zip(self.templates.file(name)).is_some_and(|(own, file)| own.contains(&file))
+    }
+
     /// Returns the registry of node kinds.
     pub(crate) fn registry(&self) -> &Registry {
         self.session.registry()

@@ -49,7 +49,7 @@ pub(crate) struct RenderArguments {
     /// version that the pass wrote; a mip level, a layer and a face select a part.
     #[arg(long, value_name = "RESOURCE[@PASS][:MIP,LAYER,FACE]=FILE", value_parser = CaptureArgument::parse)]
     pub(crate) capture: Vec<CaptureArgument>,
-    /// Writes the content of every texture after the last frame to a folder.
+    /// Writes the content of every texture after the last frame to a folder, which is made if it does not exist.
     #[arg(long, value_name = "FOLDER")]
     pub(crate) capture_all: Option<PathBuf>,
     /// Writes an HTML page about the run into a folder, for a bug report. It shows the frame, the graph, inputs and
@@ -84,8 +84,9 @@ pub(crate) struct Film {
     /// The animation time of the first frame, in seconds.
     #[arg(long, alias = "time", value_name = "SECONDS", default_value_t = 0.0, allow_hyphen_values = true, value_parser = parse_seconds)]
     pub(crate) at: f64,
-    /// The path of the camera: orbit, walk, random (a new place in every frame; random:SEED), or a file with key
-    /// frames. The default is the scene's own camera.
+    /// The path of the camera: orbit, walk, random (a new place in every frame; random:SEED), or a JSON file with key
+    /// frames: { "keys": [ { "time": 0, "position": [0, 2, 8], "target": [0, 1, 0] } ] }, in seconds and metres. The
+    /// default is the scene's own camera.
     #[arg(long, value_name = "orbit|walk|random|FILE", value_parser = CameraArgument::parse)]
     pub(crate) camera: Option<CameraArgument>,
 }

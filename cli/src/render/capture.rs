@@ -109,11 +109,10 @@ pub(super) fn captures(
         captures.push(CaptureFile { capture, layer, content, file: Some(argument.file.clone()), format });
     }
     if let Some(folder) = all {
-        if !folder.is_dir() {
-            diagnostics.push(
-                crate::replace::unwritable(folder, &"the folder does not exist")
-                    .help("make the folder first"),
-            );
+        // It is made when there is something to write.
+        if let Some(file) = folder.ancestors().find(|path| path.exists()).filter(|path| !path.is_dir()) {
+            let reason = format!("\"{}\" is a file", file.display());
+            diagnostics.push(crate::replace::unwritable(folder, &reason).help("name another folder"));
         }
         for (name, resource) in &plan.resources {
             let has_picture = resource.size.is_some_and(|size| size.samples == 1);

@@ -35,6 +35,7 @@ use self::timings::Timings;
 use crate::arguments::{RenderArguments, Shot, ToggleArgument};
 use crate::device::{self, Graphics};
 use crate::progress::Progress;
+use crate::replace::unwritable;
 use crate::session::Session;
 use crate::streams::print;
 
@@ -137,6 +138,9 @@ fn render(
     }
     let frames = if output.frames > 1 { format!("{} frames of ", output.frames) } else { String::new() };
     let mut said = format!("{}: {frames}{width} by {height} on {}\n", arguments.out.display(), graphics.name);
+    if let Some(folder) = &arguments.capture_all {
+        std::fs::create_dir_all(folder).map_err(|error| unwritable(folder, &error))?;
+    }
     progress.begin("write captures", captures.len() as u64);
     for ((capture, texels), by) in captures.iter().zip(drawing.captured()?).zip(&document.overwritten) {
         match &mut report {

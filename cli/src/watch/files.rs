@@ -29,6 +29,15 @@ impl Stamps {
         self
     }
 
+    /// Adds the stamps of others; existing stamps are kept.
+    #[cfg(feature = "gpu")]
+    pub(super) fn and(mut self, others: &Self) -> Self {
+        for (path, stamps) in &others.0 {
+            self.0.entry(path.clone()).or_insert_with(|| stamps.clone());
+        }
+        self
+    }
+
     /// Returns the watched paths.
     pub(super) fn paths(&self) -> impl Iterator<Item = &Path> {
         self.0.keys().map(PathBuf::as_path)

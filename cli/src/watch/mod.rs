@@ -60,13 +60,10 @@ pub(crate) fn run(arguments: &WatchArguments) -> bool {
             // Before the check, so that what changes meanwhile is seen.
             known = now.with(session.paths(&arguments.pipelines, &arguments.choices.files.extension));
             #[cfg(feature = "gpu")]
-            {
-                known = known.with(painter.iter().flat_map(Painter::files));
-            }
-            #[cfg(feature = "gpu")]
             if let (Some(painter), Some(first)) = (&mut painter, arguments.pipelines.first()) {
                 let painted = painter.paint(first, &arguments.choices, &mut session);
                 session.diagnostics.extend(painted.err().into_iter().flatten());
+                known = known.and(painter.stamps());
             }
             for path in &arguments.pipelines {
                 if session.check_part(path).is_none() {

@@ -1,9 +1,11 @@
 //! The picture of a watched pipeline, drawn again after each change on a device that stays open.
 
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 
 use umbragraph::diagnostic::Diagnostics;
-use umbragraph::scene::Scene;
+use umbragraph::low_level::compose::read_bytes;
+use umbragraph::scene::{self, Folder, ResolveError, Resolver, Scene};
 
 use super::files::Stamps;
 use crate::arguments::{Choices, Shot};
@@ -18,18 +20,41 @@ pub(super) struct Painter {
     out: PathBuf,
     path: PathBuf,
     graphics: Option<Graphics>,
-    scene: Option<(Stamps, Scene)>,
+    /// The scene file, and the buffers and images that the scene was loaded from, as they were before they were read.
+    stamps: Stamps,
+    /// The loaded scene; `None` before the first one, and after an error.
+    scene: Option<Scene>,
 }
 
 impl Painter {
     /// Creates a painter that renders a scene to a file.
     pub(super) fn new((out, scene): (&PathBuf, &PathBuf)) -> Self {
-        Self { out: out.clone(), path: scene.clone(), graphics: None, scene: None }
+        let stamps = Stamps::of([scene.as_path()]);
+        Self { out: out.clone(), path: scene.clone(), graphics: None, stamps, scene: None }
     }
 
-    /// Returns the files that the picture depends on besides the pipeline.
-    pub(super) fn files(&self) -> impl Iterator<Item = PathBuf> + use<> {
-        std::iter::once(self.path.clone())
+    /// Returns the files that the picture depends on besides the pipeline, missing ones among them.
+    pub(super) fn stamps(&self) -> &Stamps {
+        &self.stamps
+    }
+
+    /// Loads the scene, and notes the files that it consists of.
+    ///
+    /// # Errors
+    /// A scene that cannot be loaded.
+    fn load(&mut self, session: &mut Session) -> Result<Scene, Diagnostics> {
+        self.stamps = Stamps::of([self.path.as_path()]);
+        let Ok(Some(bytes)) = read_bytes(&self.path, scene::MAX_FILE_BYTES) else {
+            // It says why.
+            return session.scene(&self.path);
+        };
+        let folder = self.path.parent().map_or_else(PathBuf::new, Path::to_path_buf);
+        let files = Folder::new(&folder).below(session.roots(&self.path));
+        let noting = Noting { files, folder, stamps: Mutex::default() };
+        let loaded = scene::from_slice(&self.path.display().to_string(), &bytes, &noting);
+        let noted = noting.stamps.into_inner().unwrap_or_else(PoisonError::into_inner);
+        self.stamps = std::mem::take(&mut self.stamps).and(&noted);
+        loaded
     }
 
     /// Renders the picture and writes the file.
@@ -44,15 +69,15 @@ impl Painter {
     ) -> Result<(), Diagnostics> {
         let checked = session.check(pipeline, choices);
         session.ensure_fine(&checked)?;
-        let stamps = Stamps::of([self.path.as_path()]);
-        match &self.scene {
-            Some((known, scene)) if *known == stamps => session.diagnostics.extend(scene.warnings.clone()),
-            _ => self.scene = Some((stamps, session.scene(&self.path)?)),
+        if self.scene.is_none() || Stamps::of(self.stamps.paths()) != self.stamps {
+            self.scene = None;
+            self.scene = Some(self.load(session)?);
         }
+        session.diagnostics.extend(self.scene.iter().flat_map(|scene| scene.warnings.clone()));
         if self.graphics.is_none() {
             self.graphics = Some(device::open(None)?);
         }
-        let (Some(graphics), Some((_, scene))) = (&self.graphics, &self.scene) else { return Ok(()) };
+        let (Some(graphics), Some(scene)) = (&self.graphics, &self.scene) else { return Ok(()) };
         let checked = session.check_on(graphics, checked, pipeline, choices);
         session.ensure_fine(&checked)?;
         let options = Session::options(choices);
@@ -62,5 +87,21 @@ impl Painter {
         session.diagnostics.extend(drawing.note());
         write_png(&self.out, choices.size, &drawing.shown()?, Compression { fast: true })?;
         Ok(())
+    }
+}
+
+/// Reads the files that a scene references, and records the path, size and modification time of each before it is read.
+struct Noting {
+    files: Folder,
+    folder: PathBuf,
+    stamps: Mutex<Stamps>,
+}
+
+impl Resolver for Noting {
+    fn read(&self, path: &str) -> Result<Vec<u8>, ResolveError> {
+        let mut stamps = self.stamps.lock().unwrap_or_else(PoisonError::into_inner);
+        *stamps = std::mem::take(&mut *stamps).with([self.folder.join(path)]);
+        drop(stamps);
+        self.files.read(path)
     }
 }

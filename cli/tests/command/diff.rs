@@ -50,6 +50,16 @@ fn a_pipeline_is_compared_with_itself_in_other_settings() {
 }
 
 #[test]
+fn only_the_axes_that_changed_are_named() {
+    let found = lines(&["diff", "pipelines/nebula.json", "--after-set", "debug_view=cascades"]);
+    let variants: Vec<&String> = found.iter().filter(|line| line.contains("variant")).collect();
+    assert!(!variants.is_empty(), "{found:#?}");
+    for line in variants {
+        assert!(line.contains("debug_") && !line.contains("cascade_count"), "{line}");
+    }
+}
+
+#[test]
 fn the_state_of_attachments_and_draws_is_part_of_a_plan() {
     let folder = ScratchFolder::new("diff-state");
     let write = |name: &str, attachment: &str| {
@@ -77,7 +87,7 @@ fn the_state_of_attachments_and_draws_is_part_of_a_plan() {
 fn what_is_neither_a_pipeline_nor_a_report_is_rejected() {
     let folder = ScratchFolder::new("diff-plan");
     let plan = folder.join("plan.json");
-    std::fs::write(&plan, run(&["plan", "pipelines/nebula.json"]).stdout).unwrap();
+    std::fs::write(&plan, run(&["plan", "pipelines/nebula.json", "--format", "json"]).stdout).unwrap();
     let output = run(&["diff", plan.to_str().unwrap(), "pipelines/nebula.json"]);
     let said = text(&output.stderr);
     assert_eq!(output.status.code(), Some(1));

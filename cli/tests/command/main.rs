@@ -16,6 +16,7 @@ mod render_failures;
 mod report;
 mod score;
 mod shader_tests;
+mod show;
 mod stability;
 mod status;
 mod streams;

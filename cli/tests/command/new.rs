@@ -27,7 +27,12 @@ fn each_kind_of_new_pipeline_is_sound_and_renders() {
     for kind in ["post", "shadows", "system"] {
         let said = succeeds(&folder, &["new", kind, "--kind", kind]);
         let own = folder.join(kind);
-        assert!(said.contains(&format!("umbragraph check {kind}.json")), "{said}");
+        for command in ["check", "render", "watch", "view"] {
+            assert!(said.contains(&format!("umbragraph {command} {kind}.json")), "{said}");
+        }
+        let settings = std::fs::read_to_string(own.join(".vscode/settings.json")).unwrap();
+        let settings: serde_json::Value = serde_json::from_str(&settings).unwrap();
+        assert_eq!(settings["umbragraph.files"][0], format!("**/{kind}.json"));
         let pipeline = format!("{kind}.json");
         let checked = run(&own, &["check", &pipeline, "--templates", "shaders", "--config"]);
         assert!(checked.status.success() && checked.stderr.is_empty(), "{}", text(&checked.stderr));

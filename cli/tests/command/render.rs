@@ -89,8 +89,7 @@ fn the_page_of_a_graph_shows_captures_and_times() {
     }
     let folder = ScratchFolder::new("render-page");
     let file = |name: &str| folder.join(name).to_str().unwrap().to_owned();
-    let (out, all, trace, page) = (file("x.png"), file("all"), file("trace.json"), file("page.html"));
-    std::fs::create_dir(&all).unwrap();
+    let (out, all, trace, page) = (file("x.png"), file("out/all"), file("trace.json"), file("page.html"));
     let pipeline = "pipelines/nebula.json";
     let arguments = ["--out", &out, "--capture-all", &all, "--trace", &trace, "--set", "resolution=64"];
     fine(&render(pipeline, FIGURE, &arguments));

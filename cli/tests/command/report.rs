@@ -41,7 +41,7 @@ fn report_is_one_page_with_everything_of_a_run() {
     }
     assert!(page.contains("64 by 36 on ") && page.contains("--report run"));
     let plan = Command::new(env!("CARGO_BIN_EXE_umbragraph"))
-        .args(["plan", &format!("{ROOT}/pipelines/learn/28-bloom.json"), "--root", ROOT])
+        .args(["plan", &format!("{ROOT}/pipelines/learn/28-bloom.json"), "--root", ROOT, "--format", "json"])
         .output()
         .unwrap();
     let plan: serde_json::Value = serde_json::from_slice(&plan.stdout).unwrap();

@@ -110,3 +110,27 @@ fn watch_writes_the_picture_after_each_good_change() {
     let said = watch.said();
     assert!(picture() != first, "{said:?}");
 }
+
+#[test]
+fn watch_draws_again_when_a_buffer_of_the_scene_changes() {
+    if umbragraph_test_support::gpu::device().is_none() {
+        return;
+    }
+    let folder = ScratchFolder::new("watch_draws_again");
+    std::fs::write(folder.join("frame.json"), PIPELINE).unwrap();
+    let scene = r#"{ "asset": { "version": "2.0" }, "buffers": [{ "uri": "mesh.bin", "byteLength": 12 }] }"#;
+    std::fs::write(folder.join("scene.gltf"), scene).unwrap();
+    let watch = Watch::begin(
+        &folder,
+        &["--config", "--render", "out.png", "--scene", "scene.gltf", "--size", "32x24"],
+    );
+    let missing = watch.said();
+    assert!(missing.iter().any(|line| line.contains("mesh.bin")), "{missing:?}");
+    std::fs::write(folder.join("mesh.bin"), [0; 12]).unwrap();
+    let fine = watch.said();
+    assert!(fine.last().unwrap().starts_with("checked: 0 errors"), "{fine:?}");
+    assert!(folder.join("out.png").is_file());
+    std::fs::write(folder.join("mesh.bin"), [0; 4]).unwrap();
+    let short = watch.said();
+    assert!(short.iter().any(|line| line.contains("error[UG")), "{short:?}");
+}

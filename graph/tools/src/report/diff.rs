@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::model::{AttachmentReport, PassReport, Report, ResourceReport, bytes_in_words};
 use super::settings::word;
+use super::variants;
 
 /// Returns the differences between two plans, one line each; empty if the plans do not differ.
 pub fn diff(before: &Report, after: &Report) -> Vec<String> {
@@ -74,7 +75,7 @@ fn passes(before: &Report, after: &Report, lines: &mut Vec<String>) {
         if old.live && new.live {
             attachments(name, &old.attachments, &new.attachments, lines);
             settings(name, &old.settings, &new.settings, lines);
-            names(&format!("the pass {name} has the variant"), &old.variants, &new.variants, lines);
+            variants::compare(name, &old.variants, &new.variants, lines);
             if old.workgroups != new.workgroups {
                 let words = |counts: Option<[u32; 3]>| {
                     counts.map_or("none".to_owned(), |[x, y, z]| format!("{x}×{y}×{z}"))

@@ -13,7 +13,9 @@ mod html;
 mod model;
 mod settings;
 mod svg;
+mod table;
 mod text;
+mod variants;
 
 pub use diff::diff;
 pub use html::{Observed, page};
@@ -21,6 +23,7 @@ pub use model::{
     AttachmentReport, CompatibilityClassReport, EdgeKind, EdgeReport, MAX_STEPS, MemoryReport, PassReport,
     Report, ResourceReport, bytes_in_words,
 };
+pub use table::table;
 
 /// The output format of a drawn render graph.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -88,9 +88,16 @@ function pick(name) {
   picked = name;
   show("Picture");
   highlight(name === null ? null : related(name));
-  details.replaceChildren(...(passes.has(name) ? passDetails(passes.get(name)) : resources.has(name) ? resourceDetails(resources.get(name)) : overview()));
+  if (name !== null) document.body.classList.remove("closed");
+  svg.querySelector(".picked")?.scrollIntoView({ block: "nearest", inline: "center" });
+  details.replaceChildren(closeButton(), ...(passes.has(name) ? passDetails(passes.get(name)) : resources.has(name) ? resourceDetails(resources.get(name)) : overview()));
 }
 
+// The button that closes the panel; selecting anything opens it again.
+const closeButton = () => make("button", { class: "close", title: "Close the panel", "aria-label": "Close the panel",
+  onclick: () => document.body.classList.add("closed") }, "×");
+// The longest time of any pass on the processor (0) or the GPU (1).
+const longestOf = (at) => Math.max(0, ...Object.values(observed.times).map((times) => times[at]));
 function overview() {
   const memory = report.memory;
   const most = Math.max(memory.without_aliasing, 1);
@@ -103,8 +110,9 @@ function overview() {
     make("div", {}, `${bytes(memory.bound)} bound: the sum of what each class has alive at once`), meter(memory.bound, most),
     make("div", {}, `${bytes(memory.peak)} alive at most over all classes`), meter(memory.peak, most),
     ...(memory.orders ? [make("h3", {}, "Order for memory"), make("div", {}, `${bytes(memory.orders[0])} as declared, ${bytes(memory.orders[1])} chosen, no order below ${bytes(memory.orders[2])}`)] : []),
-    ...(longest ? [make("h3", {}, "Times"), make("div", {}, `Bars at the foot of the passes; the longest is ${milliseconds(longest)}.`), make("div", {}, "processor"),
-      meter(1, 1, "processor"), make("div", {}, "GPU"), meter(1, 1)] : []),
+    ...(longest ? [make("h3", {}, "Times"), make("div", {}, `Bars at the foot of the passes; the longest is ${milliseconds(longest)}.`),
+      make("div", {}, `processor, at most ${milliseconds(longestOf(0))}`), meter(longestOf(0), longest, "processor"),
+      make("div", {}, `GPU, at most ${milliseconds(longestOf(1))}`), meter(longestOf(1), longest)] : []),
     make("h3", {}, "Classes"), rows(["class", "resources", "created", "bytes"], memory.classes.map((one) => [one.description, `${one.resources}`, `${one.created}`, bytes(one.bytes)])),
   ];
 }
