@@ -23,6 +23,7 @@ use crate::reflection::WorkgroupSizes;
 use crate::rules::aliasing;
 use crate::rules::behaviors;
 use crate::rules::constant_arguments;
+use crate::rules::folded;
 use crate::rules::spelled;
 use crate::rules::stage_variables;
 use crate::rules::texture_arguments;
@@ -32,10 +33,13 @@ use crate::written::attributes;
 use crate::written::complexity;
 use crate::written::constructors;
 use crate::written::hint;
+use crate::written::letters;
+use crate::written::nesting;
 use crate::written::newer;
 use crate::written::operators;
 use crate::written::rejection::Rejection;
 use crate::written::scopes;
+use crate::written::stricter;
 use crate::written::tokens::Tokens;
 
 /// The stack size, in bytes, of the thread that parses and validates deeply nested WGSL.
@@ -49,14 +53,18 @@ pub(crate) fn parse(text: &str) -> Result<Module, Rejection> {
     complexity::check(text)?;
     let module = guarded(|| {
         naga::front::wgsl::parse_str(text)
-            .map_err(|error| newer::explain(text, hint::improve(text, wgsl_error::parse(text, &error))))
+            .map_err(|error| hint::improve(text, wgsl_error::parse(text, &error)))
+            .map_err(|rejection| stricter::explain(text, newer::explain(text, rejection)))
     })?;
     let tokens = Tokens::new(text);
+    letters::check(&tokens)?;
+    nesting::check(&tokens)?;
     operators::check(&tokens)?;
     attributes::check(&tokens, &module)?;
     constructors::check(&tokens, &module)?;
     scopes::check(&tokens)?;
     spelled::check(&tokens, &module)?;
+    folded::check(&tokens)?;
     Ok(module)
 }
 
@@ -69,6 +77,7 @@ pub(crate) fn validate(module: &Module, capabilities: Capabilities) -> Result<Mo
         Validator::new(ValidationFlags::all(), capabilities)
             .validate(module)
             .map_err(|error| newer::explain("", wgsl_error::validation(codes::WGSL_INVALID, module, &error)))
+            .map_err(|rejection| stricter::explain_module(module, rejection))
     })?;
     let rules = [
         behaviors::found,

@@ -6,17 +6,19 @@
 //! | call | rejected |
 //! |---|---|
 //! | `clamp(e, low, high)` | low above high |
-//! | `smoothstep(low, high, x)` | low equal to high |
+//! | `smoothstep(low, high, x)` | low equal to high, or a step beyond the largest f32 |
 //! | `extractBits`, `insertBits` | offset + count above 32 |
 //! | `ldexp(e1, e2)` | e2 above 128 |
 //! | `pack2x16float`, `quantizeToF16` | a value beyond ±65,504 |
 //! | `unpack2x16float`, `bitcast<f32>` | bits of an infinity or of no number |
 //! | `mix`, `reflect`, `determinant`, `ldexp` of constants | a value beyond the largest f32 |
+//! | `faceForward`, `refract` of constants | a step beyond the largest f32 |
 //!
 //! A `let` is no constant, whatever its value. Source: *WebGPU Shading Language*, "Built-in Functions".
 
 use naga::{Arena, Expression, Function, Handle, Literal, MathFunction, Module, ScalarKind, TypeInner};
 
+use super::steps::Steps;
 use crate::codes;
 use crate::written::ir;
 use crate::written::rejection::Rejection;
@@ -90,8 +92,27 @@ impl Constants<'_> {
                 (message, "exchange the bounds")
             }
             MathFunction::SmoothStep => {
-                let (low, _) = pairs(0, 1)?.find(|(low, high)| low == high)?;
-                (format!("\"smoothstep\" has both edges at {low}"), "use \"step\", or edges apart")
+                if let Some((low, _)) = pairs(0, 1)?.find(|(low, high)| low == high) {
+                    (format!("\"smoothstep\" has both edges at {low}"), "use \"step\", or edges apart")
+                } else {
+                    let mut steps = self.steps(arguments[0]?)?;
+                    let x = argument(2);
+                    for (at, (low, high)) in pairs(0, 1)?.enumerate() {
+                        steps.smoothstep(low, high, x.as_ref().and_then(|x| x.get(at)).copied());
+                    }
+                    beyond("smoothstep", steps)?
+                }
+            }
+            MathFunction::FaceForward => {
+                argument(0)?;
+                let mut steps = self.steps(arguments[1]?)?;
+                steps.dot(&argument(1)?, &argument(2)?);
+                beyond("faceForward", steps)?
+            }
+            MathFunction::Refract => {
+                let mut steps = self.steps(arguments[0]?)?;
+                steps.refract(&argument(0)?, &argument(1)?, *argument(2)?.first()?);
+                beyond("refract", steps)?
             }
             MathFunction::ExtractBits | MathFunction::InsertBits => {
                 let first = if fun == MathFunction::ExtractBits { 1 } else { 2 };
@@ -142,6 +163,12 @@ impl Constants<'_> {
         })
     }
 
+    /// Begins steps in the type of a constant argument; `None` if it is not an `f32`.
+    fn steps(&self, argument: Handle<Expression>) -> Option<Steps> {
+        let first = *self.literals(&self.function.expressions, argument)?.first()?;
+        matches!(first, Literal::F32(_)).then(|| Steps::new(false))
+    }
+
     /// The components of a constant expression; `None` if it is not constant, or is the value of a `let`.
     pub(super) fn values(&self, handle: Handle<Expression>) -> Option<Vec<f64>> {
         self.literals(&self.function.expressions, handle)?.into_iter().map(number).collect()
@@ -172,6 +199,15 @@ impl Constants<'_> {
             _ => None,
         }
     }
+}
+
+/// The message and the help text for the first step that leaves the range of its type; `None` if no step does.
+pub(super) fn beyond(function: &str, steps: Steps) -> Option<(String, &'static str)> {
+    let step = steps.beyond?;
+    Some((
+        format!("\"{function}\" of these constants computes {step}, which is beyond the range of its type"),
+        "take values closer to 1",
+    ))
 }
 
 /// The message and the help text for the first value outside the range of `f32`; `None` if all values fit.

@@ -1,7 +1,7 @@
 //! Variables and inputs that an entry point cannot have in its stage.
 //!
 //! Workgroup memory belongs to compute stages, a vertex stage writes no storage, and a compute stage has built-in
-//! inputs alone. WGSL counts every mention in the functions that an entry point reaches, whether it is evaluated or
+//! inputs alone and no result. WGSL counts every mention in the functions that an entry point reaches, whether it is evaluated or
 //! not; naga does not look.
 //!
 //! Source: *WebGPU Shading Language*, "Address Spaces" and "Resource interface of a shader".
@@ -83,6 +83,11 @@ pub(crate) fn found(module: &Module) -> Vec<Rejection> {
                     format!("\"{name}\", {stage}, has the input \"{}\" with a location", input.name);
                 let place = input.owner.map_or(Span::UNDEFINED, |owner| module.types.get_span(owner));
                 reject(message, place, "a compute stage takes built-in values alone: read a buffer");
+            }
+            if let Some(result) = &entry.function.result {
+                let message = format!("\"{name}\", {stage}, returns a value");
+                let place = module.types.get_span(result.ty);
+                reject(message, place, "a compute stage has no outputs: write the value to a buffer");
             }
         }
     }

@@ -255,7 +255,7 @@ fn is_taken_by_tint(text: &str, folder: &ScratchFolder) -> (bool, String) {
 }
 
 #[derive(Debug, Default)]
-struct Tally {
+pub(super) struct Tally {
     mutants: usize,
     refused: usize,
     /// The number of modules that `tint` accepts and naga rejects.
@@ -265,7 +265,7 @@ struct Tally {
 }
 
 impl Tally {
-    fn compare(&mut self, text: &str, folder: &ScratchFolder) {
+    pub(super) fn compare(&mut self, text: &str, folder: &ScratchFolder) {
         let (is_taken, said) = is_taken_by_tint(text, folder);
         self.mutants += 1;
         self.refused += usize::from(!is_taken);
@@ -281,7 +281,7 @@ impl Tally {
         }
     }
 
-    fn report(&self, what: &str) {
+    pub(super) fn report(&self, what: &str) {
         println!(
             "{what}: {} mutants, {} refused by tint, of which {} are taken here; {} taken by tint and refused by naga, {} by us",
             self.mutants,
