@@ -142,14 +142,10 @@ fn of_library(path: &PathBuf, covered: &Surveyed, session: &mut Session, choices
     if !paths.iter().any(|path| is_bundled(path)) {
         return String::new();
     }
-    let templates = choices.files.templates.iter().map(|folder| format!(" --templates {}", folder.display()));
-    let options = templates.collect::<String>();
-    format!(
-        " ({own} of templates of yours, {} of those that come with the command; `umbragraph check \
-         {}{options} --config` checks one configuration)",
-        variants.len() - own,
-        path.display()
-    )
+    match own {
+        0 => " (all of bundled templates; --config checks one configuration)".to_owned(),
+        own => format!(" ({own} of your templates; --config checks one configuration)"),
+    }
 }
 
 /// The number of shader variants below which it does not matter whose they are.

@@ -75,8 +75,23 @@ fn summary(text: &str) -> String {
         }
     };
     let words = comment.split_whitespace().collect::<Vec<_>>().join(" ");
-    words.split_inclusive(['.', ':']).next().unwrap_or_default().trim_end_matches([':', '.']).to_owned()
+    let words = words.strip_prefix("A subgraph: ").unwrap_or(&words);
+    // A sentence ends with a dot after a word; "J. Wald" has none.
+    let is_end = |at: &usize| {
+        let last = words[..*at].rsplit([' ', '(']).next().unwrap_or_default();
+        last.len() > 1 && words[*at + 1..].chars().next().is_none_or(char::is_whitespace)
+    };
+    let end = words.match_indices('.').map(|(at, _)| at).find(is_end).unwrap_or(words.len());
+    let sentence = words[..end].split(": ").next().unwrap_or_default().trim_end_matches(':');
+    if sentence.chars().count() <= LONGEST {
+        return sentence.to_owned();
+    }
+    let cut: String = sentence.chars().take(LONGEST).collect();
+    format!("{}…", cut.rsplit_once(' ').map_or(cut.as_str(), |(whole, _)| whole))
 }
+
+/// The maximum number of characters of a summary.
+const LONGEST: usize = 90;
 
 fn unknown(wanted: &str, bare: &str, files: &[(String, &str)]) -> Diagnostic {
     let names = || files.iter().map(|(name, _)| name.as_str());

@@ -8,7 +8,6 @@
 //! Limits: the list offers the presets, and each feature with another value; parameters are for clients that write a
 //! configuration of their own. A choice lasts as long as the server.
 
-use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use lsp_types::Uri;
@@ -16,7 +15,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value as Json, json};
 
 use crate::workspace::{Workspace, document_path};
-use umbragraph_graph::diagnostic::{Diagnostic, Diagnostics};
+use umbragraph_graph::diagnostic::{Diagnostic, Diagnostics, Severity};
 use umbragraph_graph::document::{self, Document, parse};
 use umbragraph_graph::expression::Value;
 use umbragraph_graph::pipeline::{Overrides, ParameterFile, of_preset};
@@ -50,13 +49,6 @@ pub(crate) struct Listed {
     detail: String,
     /// The contents of a parameter file.
     configuration: Map<String, Json>,
-}
-
-/// The values of a configuration, and the diagnostics about its names and form.
-#[derive(Debug, Default)]
-pub(crate) struct Chosen {
-    pub(crate) overrides: Overrides,
-    pub(crate) diagnostics: Diagnostics,
 }
 
 /// A configuration in a few words, for the title of a lens.
@@ -131,7 +123,8 @@ pub(crate) fn list(workspace: &mut Workspace, argument: Json) -> Result<Vec<List
             let label = setting(&feature.key, &value);
             let mut configuration = present.clone();
             let features = configuration.entry("features").or_insert_with(|| json!({}));
-            if let (Some(own), Some(features)) = (group(&feature.value), features.as_object_mut())
+            let Some(features) = features.as_object_mut() else { continue };
+            if let Some(own) = group(&feature.value)
                 && value == Json::Bool(true)
             {
                 // One of a group is on: the others that were chosen go back to what they are by default.
@@ -143,7 +136,7 @@ pub(crate) fn list(workspace: &mut Workspace, argument: Json) -> Result<Vec<List
                         .all(|other| other.key != *name || group(&other.value).as_ref() != Some(&own))
                 });
             }
-            features[&feature.key] = value;
+            features.insert(feature.key.clone(), value);
             all.push(Listed { label, detail: described(&feature.value), configuration });
         }
     }
@@ -159,7 +152,8 @@ pub(crate) fn configure(workspace: &mut Workspace, argument: Json) -> Result<(),
         workspace.configurations.insert(path.clone(), configuration);
     }
     let diagnostics = workspace.planned(&Target::new(&path));
-    let wrong = diagnostics.iter().filter(|one| workspace.is_of_configuration(one));
+    let is_wrong = |one: &&Diagnostic| one.severity == Severity::Error && workspace.is_of_configuration(one);
+    let wrong = diagnostics.iter().filter(is_wrong);
     let messages: Vec<&str> = wrong.map(|one| one.message.as_str()).collect();
     if !messages.is_empty() {
         workspace.configurations.remove(&path);
@@ -171,25 +165,27 @@ pub(crate) fn configure(workspace: &mut Workspace, argument: Json) -> Result<(),
 }
 
 impl Workspace {
-    /// The values of the chosen configuration of a pipeline.
-    pub(crate) fn chosen(&mut self, target: &Target, document: Option<&Document>) -> Chosen {
+    /// Returns the values of the chosen configuration of a pipeline, and the diagnostics about its names and form.
+    pub(crate) fn chosen(
+        &mut self,
+        target: &Target,
+        document: Option<&Document>,
+    ) -> (Overrides, Diagnostics) {
         let Some((configuration, document)) = self.configurations.get(&target.path).zip(document) else {
-            return Chosen::default();
+            return Default::default();
         };
         let text = format!("{:#}", Json::Object(configuration.clone()));
         let place = self.session.text(NAME, &text);
-        let mut chosen = Chosen::default();
+        let mut diagnostics = Diagnostics::new();
         match parse(self.session.sources(), place.file).valid() {
             Ok(written) => {
-                let file = ParameterFile::read(&written, &mut chosen.diagnostics);
-                let preset = file
-                    .preset
-                    .map(|(name, place)| of_preset(document, &name, place, &mut chosen.diagnostics));
-                chosen.overrides = preset.unwrap_or_default().under(file.overrides);
+                let file = ParameterFile::read(&written, &mut diagnostics);
+                let preset =
+                    file.preset.map(|(name, place)| of_preset(document, &name, place, &mut diagnostics));
+                (preset.unwrap_or_default().under(file.overrides), diagnostics)
             }
-            Err(diagnostics) => chosen.diagnostics = diagnostics,
+            Err(diagnostics) => (Overrides::default(), diagnostics),
         }
-        chosen
     }
 
     /// Returns `true` if a diagnostic is about the chosen configuration, and not about a file.
@@ -198,6 +194,3 @@ impl Workspace {
         file.is_some_and(|file| file.name() == NAME)
     }
 }
-
-/// The pipelines with a configuration that the client chose, each with the contents of a parameter file.
-pub(crate) type Configurations = BTreeMap<PathBuf, Map<String, Json>>;

@@ -13,6 +13,7 @@ use lsp_types::{
 
 use crate::position::uri_of;
 use crate::workspace::{Workspace, document_path, is_template};
+use umbragraph_graph::compose::read_bytes;
 use umbragraph_graph::source::{FileId, Span};
 use umbragraph_session::{TemplateItem, TemplateSymbol};
 
@@ -116,9 +117,12 @@ impl Workspace {
             return None;
         }
         let path = self.library.as_ref()?.join(name);
-        if std::fs::read(&path).ok().as_deref() != Some(file.text().as_bytes()) {
+        let text = file.text().as_bytes();
+        if read_bytes(&path, text.len() as u64).ok().flatten().as_deref() != Some(text) {
+            // Another server may read it at the same time.
+            let part = path.with_extension(format!("{}.part", std::process::id()));
             std::fs::create_dir_all(path.parent()?).ok()?;
-            std::fs::write(&path, file.text().as_bytes()).ok()?;
+            std::fs::write(&part, text).and_then(|()| std::fs::rename(&part, &path)).ok()?;
         }
         Some(Location { uri: uri_of(&path)?, range: self.encoding.range(file, place) })
     }

@@ -8,7 +8,8 @@ use std::path::{Path, PathBuf};
 
 use lsp_types::{DiagnosticRelatedInformation, DiagnosticSeverity, Location, NumberOrString, Range, Uri};
 
-use crate::configuration::{Chosen, Configurations};
+use serde_json::{Map, Value as Json};
+
 use crate::position::{Encoding, is_whole, path_of, uri_of};
 use umbragraph_graph::compiler::PlanOptions;
 use umbragraph_graph::compose::read_bytes;
@@ -53,7 +54,8 @@ pub(crate) struct Workspace {
     changed: BTreeSet<PathBuf>,
     /// Pipelines that were planned, but not checked in all configurations, since they changed.
     unchecked: BTreeSet<Target>,
-    pub(crate) configurations: Configurations,
+    /// The configurations that the client chose, by pipeline, each as the contents of a parameter file.
+    pub(crate) configurations: BTreeMap<PathBuf, Map<String, Json>>,
     /// Whether a configuration was chosen since lenses and hints were last refreshed.
     is_reconfigured: bool,
 }
@@ -73,7 +75,7 @@ impl Workspace {
             found: BTreeMap::new(),
             changed: BTreeSet::new(),
             unchecked: BTreeSet::new(),
-            configurations: Configurations::new(),
+            configurations: BTreeMap::new(),
             is_reconfigured: false,
         }
     }
@@ -243,7 +245,7 @@ impl Workspace {
         let loaded = self.sure(|session| session.load(target));
         let profiles = loaded.understood().map(|composed| profiles(&composed.document));
         let first = profiles.and_then(|profiles| profiles.into_iter().next());
-        let Chosen { overrides, diagnostics } = self.chosen(target, loaded.document());
+        let (overrides, diagnostics) = self.chosen(target, loaded.document());
         let plan = PlanOptions::new(SIZE[0], SIZE[1]);
         (Choice::new(first.unwrap_or_else(TargetProfile::webgpu), plan).overrides(overrides), diagnostics)
     }

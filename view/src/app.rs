@@ -232,8 +232,10 @@ impl Viewer {
         let is_new = self.stage.take_new_plan();
         if is_new && let Some(plan) = &self.stage.plan {
             self.report = report(plan);
-            if let Some(path) = self.stage.path() {
+            if let Some(path) = self.stage.path().filter(|path| *path != self.arguments.pipeline) {
                 self.arguments.pipeline = path.to_owned();
+                // A parameter file that was written holds the values of the pipeline before.
+                self.written = None;
             }
             let known = |timings: &Timings, report: &Report| timings.is_of(report);
             if self.report.as_ref().is_none_or(|report| !known(&self.timings, report)) {

@@ -157,6 +157,7 @@ impl Stage {
         };
         let contents: Vec<wgpu::Texture> = planned.imports.iter().filter_map(texture).collect();
         let mut buffers = Vec::new();
+        let mut given = Ok(());
         for (name, size) in
             planned.imports.iter().filter_map(|name| Some((name, size_of(&planned.plan, name)?)))
         {
@@ -166,7 +167,8 @@ impl Stage {
                 usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC,
                 mapped_at_creation: false,
             });
-            executor.give(executor.import::<wgpu::Buffer>(name)?, &buffer)?;
+            let import = executor.import::<wgpu::Buffer>(name);
+            given = given.and(import.and_then(|import| executor.give(import, &buffer)));
             buffers.push(buffer);
         }
         let captured = planned.imports.iter().map(String::as_str).zip(&contents);
@@ -176,7 +178,8 @@ impl Stage {
         let frame = Frame::new(input).draws(&shown.meshes).imports(&imports).toggles(&toggles);
         let mut encoder = state.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         self.kept.restore(&mut encoder);
-        let recorded = self.values.set_live(executor).and_then(|()| executor.repeat(&mut encoder, &frame));
+        let given = given.and_then(|()| self.values.set_live(executor));
+        let recorded = given.and_then(|()| executor.repeat(&mut encoder, &frame));
         if recorded.is_ok() {
             state.queue.submit([encoder.finish()]);
         }

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 use eframe::egui;
 use umbragraph::low_level::camera_path::{CameraArgument, CameraPath};
-use umbragraph::low_level::document;
+use umbragraph::low_level::document::{self, Document};
 use umbragraph::low_level::source::Sources;
 
 use crate::app::Viewer;
@@ -53,6 +53,10 @@ impl Viewer {
                 Ok(format!("opened {name}"))
             }
             Some(Kind::Parameters) => {
+                // A broken file would be in the way of everything that is loaded after it.
+                if files::read(&path).ok().and_then(|text| parsed(&text)).is_none() {
+                    return Err(format!("{name} is not applied: it is no valid JSON"));
+                }
                 self.arguments.params.retain(|known| *known != path);
                 self.arguments.params.push(path);
                 self.stage.open_parameters(&self.arguments.params);
@@ -85,28 +89,34 @@ fn kind_of(path: &Path) -> Option<Kind> {
     let end = path.extension()?.to_ascii_lowercase();
     match end.to_str()? {
         "glb" | "gltf" => Some(Kind::Scene),
-        "json" | "jsonc" => Some(
-            files::read(path).ok().and_then(|text| kind_of_text(&text)).unwrap_or_else(|| kind_of_name(path)),
-        ),
+        "json" | "jsonc" => match files::read(path).ok().and_then(|text| parsed(&text)) {
+            Some(document) => kind_of_document(&document),
+            None => Some(kind_of_name(path)),
+        },
         _ => None,
     }
 }
 
-/// The kind of a JSON file by the members that it has; `None` if it is no object.
-fn kind_of_text(text: &str) -> Option<Kind> {
+/// The document of a text; `None` if it is no JSON.
+fn parsed(text: &str) -> Option<Document> {
     let mut sources = Sources::new();
     let file = sources.add("dropped", text);
-    let document = document::parse(&sources, file).valid().ok()?;
+    document::parse(&sources, file).valid().ok()
+}
+
+/// The kind of a JSON file by the members that it has; `None` if the viewer opens no such file.
+fn kind_of_document(document: &Document) -> Option<Kind> {
     let entries = document.root.entries()?;
     let has = |name: &str| entries.iter().any(|entry| entry.key == name);
     let is_parameters = entries.iter().all(|entry| PARAMETER_MEMBERS.contains(&entry.key.as_str()));
-    Some(if has("keys") && !has("passes") {
-        Kind::Camera
-    } else if is_parameters && ["preset", "parameters", "features"].into_iter().any(has) {
-        Kind::Parameters
-    } else {
-        Kind::Pipeline
-    })
+    if has("keys") && !has("passes") {
+        return Some(Kind::Camera);
+    }
+    let has_values = ["preset", "parameters", "features"].into_iter().any(has);
+    match is_parameters && has_values {
+        true => Some(Kind::Parameters),
+        false => ["passes", "extends", "resources"].into_iter().any(has).then_some(Kind::Pipeline),
+    }
 }
 
 /// The kind of a JSON file by its name.
@@ -125,13 +135,13 @@ mod tests {
 
     #[test]
     fn json_files_are_known_by_their_members() {
-        let kind = |text| kind_of_text(text);
-        assert_eq!(kind("{ \"keys\": [] } // a path"), Some(Kind::Camera));
-        assert_eq!(kind("{ \"format\": 1, \"parameters\": { \"far\": 3 } }"), Some(Kind::Parameters));
+        let kind = |text| parsed(text).map(|document| kind_of_document(&document));
+        assert_eq!(kind("{ \"keys\": [] } // a path"), Some(Some(Kind::Camera)));
+        assert_eq!(kind("{ \"format\": 1, \"parameters\": { \"far\": 3 } }"), Some(Some(Kind::Parameters)));
         let pipeline = "{ \"format\": 1, \"extends\": \"a.json\", \"parameters\": {} }";
         assert_eq!(
-            [kind(pipeline), kind("{}"), kind("{ \"parameters\": {")],
-            [Some(Kind::Pipeline), Some(Kind::Pipeline), None]
+            [kind(pipeline), kind("{ \"private\": true }"), kind("{ \"parameters\": {")],
+            [Some(Some(Kind::Pipeline)), Some(None), None]
         );
         assert_eq!(kind_of_name(Path::new("a/own.params.json")), Kind::Parameters);
         assert_eq!(kind_of_name(Path::new("own.camera.json")), Kind::Camera);

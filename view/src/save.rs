@@ -102,7 +102,7 @@ fn unsaved(values: &Values) -> Result<String, String> {
         ));
     }
     Ok(format!(
-        "; not the toggles ({names}), which a parameter file has not: \"Save into document\" keeps them"
+        "; not the toggles ({names}), for which a parameter file has no place: \"Save into document\" keeps them"
     ))
 }
 

@@ -329,6 +329,7 @@ impl Stage {
         let drawn = self.renderer.record_watched(&mut self.watcher, &options, &mut encoder, &frame)?;
         if drawn {
             state.queue.submit([encoder.finish()]);
+            self.kept.submitted();
         }
         if let Some(executor) = self.renderer.executor()
             && let Some(sizes) = executor.wanted_sizes()

@@ -20,8 +20,8 @@ const MOST: u64 = 256 << 20;
 
 /// The saved contents of a texture or buffer.
 enum Saved {
-    Texture { live: wgpu::Texture, copy: wgpu::Texture },
-    Buffer { live: wgpu::Buffer, copy: wgpu::Buffer },
+    Texture { live: wgpu::Texture, copy: wgpu::Texture, is_filled: bool },
+    Buffer { live: wgpu::Buffer, copy: wgpu::Buffer, is_filled: bool },
 }
 
 /// The saved contents of all resources of a plan that frames change step by step.
@@ -58,20 +58,35 @@ impl Kept {
             });
             let saved = match (known, texture, buffer) {
                 (Some(at), ..) => Some(before.swap_remove(at)),
-                (None, Some(live), _) => {
-                    Some(Saved::Texture { live: live.clone(), copy: texture_like(device, live) })
-                }
-                (None, None, Some(live)) => {
-                    Some(Saved::Buffer { live: live.clone(), copy: buffer_like(device, live) })
-                }
+                (None, Some(live), _) => Some(Saved::Texture {
+                    live: live.clone(),
+                    copy: texture_like(device, live),
+                    is_filled: false,
+                }),
+                (None, None, Some(live)) => Some(Saved::Buffer {
+                    live: live.clone(),
+                    copy: buffer_like(device, live),
+                    is_filled: false,
+                }),
                 (None, None, None) => None,
             };
             self.saved.extend(saved);
         }
         for saved in &self.saved {
             match saved {
-                Saved::Texture { live, copy } => copy_texture(encoder, live, copy),
-                Saved::Buffer { live, copy } => encoder.copy_buffer_to_buffer(live, 0, copy, 0, live.size()),
+                Saved::Texture { live, copy, .. } => copy_texture(encoder, live, copy),
+                Saved::Buffer { live, copy, .. } => {
+                    encoder.copy_buffer_to_buffer(live, 0, copy, 0, live.size())
+                }
+            }
+        }
+    }
+
+    /// Notes that the recorded copies were submitted. Contents whose copies were not are never brought back.
+    pub(crate) fn submitted(&mut self) {
+        for saved in &mut self.saved {
+            match saved {
+                Saved::Texture { is_filled, .. } | Saved::Buffer { is_filled, .. } => *is_filled = true,
             }
         }
     }
@@ -80,8 +95,11 @@ impl Kept {
     pub(crate) fn restore(&self, encoder: &mut wgpu::CommandEncoder) {
         for saved in &self.saved {
             match saved {
-                Saved::Texture { live, copy } => copy_texture(encoder, copy, live),
-                Saved::Buffer { live, copy } => encoder.copy_buffer_to_buffer(copy, 0, live, 0, live.size()),
+                Saved::Texture { live, copy, is_filled: true } => copy_texture(encoder, copy, live),
+                Saved::Buffer { live, copy, is_filled: true } => {
+                    encoder.copy_buffer_to_buffer(copy, 0, live, 0, live.size());
+                }
+                Saved::Texture { .. } | Saved::Buffer { .. } => {}
             }
         }
     }

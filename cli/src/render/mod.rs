@@ -113,6 +113,9 @@ fn render(
         Animation::begin(&arguments.out, format, size, output.frames, rate, output.compression)
     };
     let mut animation = output.animation.map(begin).transpose()?;
+    if let Some(folder) = arguments.capture_all.as_ref().filter(|_| !captures.is_empty()) {
+        std::fs::create_dir_all(folder).map_err(|error| unwritable(folder, &error))?;
+    }
     progress.begin("draw", u64::from(output.frames));
     for shot in arguments.film.shots(output.frames) {
         let input = drawing.input(&path, shot);
@@ -138,9 +141,6 @@ fn render(
     }
     let frames = if output.frames > 1 { format!("{} frames of ", output.frames) } else { String::new() };
     let mut said = format!("{}: {frames}{width} by {height} on {}\n", arguments.out.display(), graphics.name);
-    if let Some(folder) = &arguments.capture_all {
-        std::fs::create_dir_all(folder).map_err(|error| unwritable(folder, &error))?;
-    }
     progress.begin("write captures", captures.len() as u64);
     for ((capture, texels), by) in captures.iter().zip(drawing.captured()?).zip(&document.overwritten) {
         match &mut report {

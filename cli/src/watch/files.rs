@@ -29,6 +29,14 @@ impl Stamps {
         self
     }
 
+    /// Adds the stamp of a path that stands for one file, also where a folder has this path; an existing stamp is kept.
+    #[cfg(feature = "gpu")]
+    pub(super) fn with_file(mut self, path: PathBuf) -> Self {
+        let one = (path.clone(), stamp(&path));
+        self.0.entry(path).or_insert_with(|| vec![one]);
+        self
+    }
+
     /// Adds the stamps of others; existing stamps are kept.
     #[cfg(feature = "gpu")]
     pub(super) fn and(mut self, others: &Self) -> Self {

@@ -100,7 +100,7 @@ struct Noting {
 impl Resolver for Noting {
     fn read(&self, path: &str) -> Result<Vec<u8>, ResolveError> {
         let mut stamps = self.stamps.lock().unwrap_or_else(PoisonError::into_inner);
-        *stamps = std::mem::take(&mut *stamps).with([self.folder.join(path)]);
+        *stamps = std::mem::take(&mut *stamps).with_file(self.folder.join(path));
         drop(stamps);
         self.files.read(path)
     }

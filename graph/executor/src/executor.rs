@@ -422,8 +422,9 @@ impl Executor {
     /// out. `frame` is that of the last record. CPU passes do not run: the data that they published then is used. Each
     /// history reads what it read then, and its contents of that frame are written again.
     ///
-    /// Persistent resources and imports are as the last record left them. If their contents follow from their contents
-    /// before, restore them first (`Options::copyable_state`). Kept views are drawn as after any change of plans.
+    /// Persistent resources and imports are as the last record left them. If a frame changes them step by step, restore
+    /// them first (`Options::copyable_state`). After a change of plans all kept views are drawn again. After a record
+    /// that failed, record again before you repeat.
     ///
     /// # Errors
     /// As of [`Executor::record`].

@@ -21,7 +21,7 @@ use serde_json::{Value as Json, json};
 
 use super::context::Context;
 use crate::graph::compose::is_path;
-use crate::graph::document::{Document, Value, parse};
+use crate::graph::document::{Document, Kind, Value, parse};
 use crate::graph::edit::{EditError, Edits, Item, insert, rename_declaration};
 use crate::graph::language::node_kind;
 use crate::graph::model::{Declaration, DeclarationKind as K, Id};
@@ -167,8 +167,14 @@ fn kept(context: &Context<'_>, id: Id, name: &str) -> Result<(String, Edits), Ed
     let expression = Json::from(format!("={name}"));
     let edits = match root.get("derived") {
         Some(section) => {
+            // A derived value gives its name up by the same edits.
+            let mut section = section.clone();
+            if let Kind::Object(entries) = &mut section.kind {
+                let old = entries.iter_mut().filter(|entry| entry.key == declaration.name);
+                old.for_each(|entry| entry.key = name.to_owned());
+            }
             let count = section.entries().unwrap_or_default().len();
-            insert(file.text(), section, count, &Item::member(&declaration.name, expression))
+            insert(file.text(), &section, count, &Item::member(&declaration.name, expression))
         }
         None => {
             let sections = root.entries().unwrap_or_default();

@@ -121,7 +121,6 @@ impl CpuPasses {
         let mut data = self.data.get_mut(cpu.output.resource.index()).and_then(Option::take)?;
         data.clear();
         let runs = self.switches.runs(&self.plan, pass);
-        self.has_run[at] = true;
         if runs {
             let filler = BlackboardData::new(DataShape::new());
             let mut few = [&filler; FEW_INPUTS];
@@ -149,6 +148,7 @@ impl CpuPasses {
             Err(pass.error(codes::BLACKBOARD, message).help(help))
         });
         self.data[cpu.output.resource.index()] = Some(data);
+        self.has_run[at] = outcome.is_ok();
         runs.then_some(outcome)
     }
 

@@ -38,6 +38,9 @@ const STATEMENTS: [&str; 13] = [
     "macro", "endmacro",
 ];
 
+/// Words within tags that are no names.
+const OPERATORS: [&str; 9] = ["and", "or", "not", "in", "is", "import", "from", "as", "with"];
+
 /// A template and the texts that meet in one module with it.
 struct Unit<'a> {
     set: &'a TemplateSet,
@@ -124,17 +127,19 @@ impl<'a> Unit<'a> {
                 return Some((Spot::Template(name), range));
             }
             let range = scan::word_at(scan.text, offset);
-            return Some((Spot::OfTag(scan.text.get(range.clone())?), range))
-                .filter(|(_, range)| !range.is_empty());
+            let word = scan.text.get(range.clone()).filter(|word| !word.is_empty())?;
+            let is_name = !STATEMENTS.contains(&word)
+                && !OPERATORS.contains(&word)
+                && !word.starts_with(|sign: char| sign.is_ascii_digit())
+                && !scan::is_quoted(&scan.text[tag.range.clone()], range.start - tag.range.start);
+            return is_name.then_some((Spot::OfTag(word), range));
         }
         let range = scan.word_at(offset);
         let word = scan.text.get(range.clone()).filter(|word| !word.is_empty())?;
         if word.starts_with(|sign: char| sign.is_ascii_digit()) || self.is_blank(scan, &range) {
             return None;
         }
-        let is_declared = |one: &Declared| one.kind == TemplateItem::Member && one.name == range;
-        let is_member = scan.flat[..range.start].ends_with('.') || scan.declared.iter().any(is_declared);
-        Some((if is_member { Spot::Member(word) } else { Spot::Word(word) }, range))
+        Some((if scan.is_member(&range) { Spot::Member(word) } else { Spot::Word(word) }, range))
     }
 
     /// Returns `true` for a word that is a comment in the text.
@@ -173,12 +178,15 @@ impl<'a> Unit<'a> {
     fn references(&self, offset: usize) -> Vec<Span> {
         let Some(((spot, _), (file, scan))) = self.spot(offset).zip(self.own()) else { return Vec::new() };
         let mut places = self.definition(offset);
-        let everywhere = |of_tags: bool, word: &'a str| {
+        // The words of tags, or those of WGSL that are members of structures, or that are none.
+        let everywhere = |are_members: Option<bool>, word: &'a str| {
             let scans = self.names.iter().filter_map(|name| self.scans.get(name));
             let found = scans.flat_map(move |(file, scan)| {
-                let ranges: Vec<_> = match of_tags {
-                    true => scan.words_of_tags(word).collect(),
-                    false => scan.words(word).collect(),
+                let ranges: Vec<_> = match are_members {
+                    None => scan.words_of_tags(word).collect(),
+                    Some(wanted) => {
+                        scan.words(word).filter(|range| scan.is_member(range) == wanted).collect()
+                    }
                 };
                 ranges.into_iter().map(|range| Span::new(*file, range))
             });
@@ -193,18 +201,20 @@ impl<'a> Unit<'a> {
                     );
                 }
             }
-            Spot::OfTag(word) => places.extend(everywhere(true, word)),
+            Spot::OfTag(word) => places.extend(everywhere(None, word)),
             Spot::Word(word) => match scan.local(word, offset).and(scan.function_at(offset)) {
                 Some(function) => {
                     let is_in = |range: &std::ops::Range<usize>| {
-                        function.name.end <= range.start && range.end <= function.whole.end
+                        function.name.end <= range.start
+                            && range.end <= function.whole.end
+                            && !scan.is_member(range)
                     };
                     places.extend(scan.words(word).filter(is_in).map(|range| Span::new(*file, range)));
                 }
                 None if places.is_empty() => {}
-                None => places.extend(everywhere(false, word)),
+                None => places.extend(everywhere(Some(false), word)),
             },
-            Spot::Member(word) => places.extend(everywhere(false, word)),
+            Spot::Member(word) => places.extend(everywhere(Some(true), word)),
         }
         let mut known = BTreeSet::new();
         places.retain(|place| known.insert((place.file, place.start)));

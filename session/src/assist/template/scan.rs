@@ -112,6 +112,12 @@ impl<'t> Scan<'t> {
         word_at(&self.flat, offset)
     }
 
+    /// Returns `true` for a word that names a member of a structure: after a dot, or where it is declared.
+    pub(super) fn is_member(&self, range: &Range<usize>) -> bool {
+        let is_declared = |one: &Declared| one.kind == TemplateItem::Member && one.name == *range;
+        self.flat[..range.start].ends_with('.') || self.declared.iter().any(is_declared)
+    }
+
     /// All occurrences of a word in the WGSL.
     pub(super) fn words<'s>(&'s self, word: &'s str) -> impl Iterator<Item = Range<usize>> + 's {
         words(&self.flat).filter(move |range| &self.text[range.clone()] == word)
@@ -147,7 +153,7 @@ impl<'t> Scan<'t> {
                 break;
             }
             let this = &self.text[range.clone()];
-            let is_declared = ["let", "var", "const"].contains(&before)
+            let is_declared = ["let", "var", "const", "function"].contains(&before)
                 || self.flat[range.end..].trim_start().starts_with(':')
                     && range.end <= function.signature.end;
             if this == word && is_declared {
@@ -183,7 +189,7 @@ impl<'t> Scan<'t> {
 }
 
 /// Returns `true` for a byte within a string of a tag.
-fn is_quoted(inner: &str, offset: usize) -> bool {
+pub(super) fn is_quoted(inner: &str, offset: usize) -> bool {
     let mut open = None;
     for sign in inner[..offset].chars().filter(|sign| matches!(sign, '"' | '\'')) {
         open = match open {
@@ -224,6 +230,8 @@ fn words(text: &str) -> impl Iterator<Item = Range<usize>> + '_ {
 fn flattened(text: &str) -> (String, Vec<Tag>) {
     let bytes = text.as_bytes();
     let (mut flat, mut tags, mut at) = (bytes.to_vec(), Vec::new(), 0);
+    // The signs that end no tag from here on, so that no text is searched again and again.
+    let mut missing: Vec<&str> = Vec::new();
     while at < bytes.len() {
         let rest = &text.as_bytes()[at..];
         let tag = match rest {
@@ -234,7 +242,11 @@ fn flattened(text: &str) -> (String, Vec<Tag>) {
         };
         let (end, fill) = match (tag, rest) {
             (Some((kind, close)), _) => {
-                let end = tag_end(text, at + 2, close, kind);
+                let found = Some(at + 2).filter(|_| !missing.contains(&close));
+                let end = found.and_then(|start| tag_end(text, start, close, kind)).unwrap_or_else(|| {
+                    missing.push(close);
+                    text[at..].find('\n').map_or(text.len(), |end| at + end)
+                });
                 tags.push(Tag { kind, range: at..end });
                 (end, if kind == TagKind::Expression { b'_' } else { b' ' })
             }
@@ -256,19 +268,19 @@ fn flattened(text: &str) -> (String, Vec<Tag>) {
     (String::from_utf8_lossy(&flat).into_owned(), tags)
 }
 
-/// The byte after a tag's end; strings may hold what ends one. A tag without an end goes on to the end of its line.
-fn tag_end(text: &str, start: usize, close: &str, kind: TagKind) -> usize {
+/// The byte after a tag's end; strings may hold what ends one. `None` for a tag without an end.
+fn tag_end(text: &str, start: usize, close: &str, kind: TagKind) -> Option<usize> {
     let mut open = None;
     for (at, sign) in text[start..].char_indices() {
         let at = start + at;
         match open {
             Some(known) if sign == known => open = None,
-            None if text[at..].starts_with(close) => return at + close.len(),
+            None if text[at..].starts_with(close) => return Some(at + close.len()),
             None if kind != TagKind::Comment && matches!(sign, '"' | '\'') => open = Some(sign),
             _ => {}
         }
     }
-    text[start..].find('\n').map_or(text.len(), |end| start + end)
+    None
 }
 
 /// The byte after a block comment, which may hold others.
@@ -379,6 +391,12 @@ fn closed(flat: &str, start: usize) -> usize {
             b'}' if depth == 1 => return at + 1,
             b'}' => depth = depth.saturating_sub(1),
             b';' if depth == 0 => break,
+            // The next declaration begins before this one has a body.
+            b'f' | b's'
+                if depth == 0 && ["fn ", "struct "].iter().any(|word| flat[at..].starts_with(word)) =>
+            {
+                break;
+            }
             _ => {}
         }
     }

@@ -3,7 +3,7 @@
 use super::super::steps::Steps;
 use super::value::{Kind, Number, Value, unified};
 
-/// What a call of constants comes to.
+/// The outcome of a call with constant arguments.
 pub(super) enum Called {
     /// The value of the call.
     Value(Value),
