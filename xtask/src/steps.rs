@@ -77,6 +77,7 @@ pub(crate) fn steps(nextest: bool, wasm: bool, second: Option<&'static str>) -> 
         Step::cargo("lock of egui", "update --workspace --locked --manifest-path examples/egui/Cargo.toml"),
         Step::cargo("lock of bevy", "update --workspace --locked --manifest-path examples/bevy/Cargo.toml"),
         Step::cargo("lock of peers", "update --workspace --locked --manifest-path benches/peers/Cargo.toml"),
+        Step::cargo("lock of view", "update --workspace --locked --manifest-path view/Cargo.toml"),
         Step::cargo("lints", "clippy --workspace --features umbragraph/watch --all-targets --keep-going -- -D warnings").needs(Clippy),
         Step::cargo(
             "lints without a GPU",

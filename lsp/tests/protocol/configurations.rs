@@ -1,6 +1,6 @@
 //! The configuration that an author chooses: its lens, values, WGSL and diagnostics.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use serde_json::{Value as Json, json};
 
@@ -54,12 +54,12 @@ impl Opened {
         Self { editor, pipeline, template, _folder: scratch }
     }
 
-    fn lenses(&mut self, path: &PathBuf) -> Vec<Json> {
+    fn lenses(&mut self, path: &Path) -> Vec<Json> {
         let of = json!({ "textDocument": { "uri": uri(path) } });
         self.editor.ask("textDocument/codeLens", of).as_array().expect("lenses").clone()
     }
 
-    fn titles(&mut self, path: &PathBuf) -> Vec<String> {
+    fn titles(&mut self, path: &Path) -> Vec<String> {
         let title = |lens: &Json| lens["command"]["title"].as_str().expect("a title").to_owned();
         self.lenses(path).iter().map(title).collect()
     }

@@ -166,7 +166,7 @@ fn overlay(session: &mut Session, edits: &BTreeMap<String, Edits>) {
 fn renames_keep_plans(remainder: usize, of: usize) -> [usize; 3] {
     let folder = root().join("pipelines");
     let mut session = session();
-    session.set_roots(&[folder.clone()]);
+    session.set_roots(std::slice::from_ref(&folder));
     let all: std::collections::BTreeSet<String> =
         session.templates().axes_of(|_| true).into_iter().map(str::to_owned).collect();
     let (mut renamed, mut kept, mut refused) = (0, 0, 0);
@@ -327,9 +327,8 @@ fn rename(texts: &[(&str, &str)], at: &str, new: &str) -> Result<Vec<String>, St
 fn check(session: &mut Session, target: &Target) -> (Vec<&'static str>, String) {
     let choice = choice(session, target);
     let survey = Survey::new(vec![choice.profile], choice.plan);
-    let mut judges = |_: &TargetProfile| -> Box<dyn FnMut(&std::sync::Arc<umbragraph::Plan>) -> Diagnostics> {
-        Box::new(|_| Diagnostics::new())
-    };
+    type Judge = Box<dyn FnMut(&std::sync::Arc<umbragraph::Plan>) -> Diagnostics>;
+    let mut judges = |_: &TargetProfile| -> Judge { Box::new(|_| Diagnostics::new()) };
     let (surveyed, diagnostics) = session.check(target, &survey, &mut judges).expect("nothing cancels");
     let counts = surveyed
         .map(|surveyed| format!("{:?} {}", surveyed.reachable, surveyed.configurations.list.len()))

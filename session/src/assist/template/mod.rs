@@ -13,7 +13,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use super::{Candidate, CandidateKind, Expected, Hover};
-use crate::graph::shader::{Axis, TemplateSet};
+use crate::graph::shader::{Axes, Axis, TemplateSet};
 use crate::graph::source::{FileId, Sources, Span};
 use crate::session::Session;
 pub use scan::TemplateItem;
@@ -51,7 +51,7 @@ struct Unit<'a> {
     roots: BTreeSet<&'a str>,
 }
 
-/// What stands at a byte of a template.
+/// The thing that stands at a byte of a template.
 enum Spot<'a> {
     /// The name of a template, in a tag.
     Template(&'a str),
@@ -110,7 +110,7 @@ impl<'a> Unit<'a> {
     /// The axes of the template at the cursor and of those that it is part of.
     fn axes(&self) -> BTreeMap<&'a str, &'a Axis> {
         let axes = self.names.iter().filter(|name| self.roots.contains(*name));
-        let axes = axes.filter_map(|name| self.set.axes(name)).flat_map(|axes| axes.iter());
+        let axes = axes.filter_map(|name| self.set.axes(name)).flat_map(Axes::iter);
         axes.map(|axis| (axis.name.as_str(), axis)).collect()
     }
 

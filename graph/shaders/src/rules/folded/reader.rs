@@ -133,7 +133,7 @@ impl<'a> Reader<'a> {
                 self.depth += 1;
                 let value = self.operand();
                 self.depth -= 1;
-                return value::unary(word, value?);
+                value::unary(word, value?)
             }
             "(" => {
                 self.at += 1;
