@@ -43,8 +43,8 @@ impl Pipeline {
         planned.map(|(plan, _)| plan).map_err(|findings| Error::new(findings, self.sources()))
     }
 
-    /// Plans a frame with the values of parameter files, which the options override. Returns the plan with its warnings
-    /// and those of the files. Diagnostics refer to the sources of the session that loaded the pipeline.
+    /// Plans a frame with the values of parameter files, which the options override. Returns the plan with the warnings
+    /// and notes of loading, of the parameter files and of planning.
     pub(super) fn plan_over(
         &self,
         options: &Options,

@@ -12,7 +12,6 @@ pub(crate) fn run(arguments: &PlanArguments) -> bool {
     let mut session = Session::new(&arguments.choices.files);
     let checked = session.check(&arguments.pipeline, &arguments.choices);
     let fine = session.report();
-    // Of a pipeline with errors, the plan is that of the passes that are sound.
     let Some(plan) = checked.plan else { return false };
     if arguments.verify && fine {
         let violations = verify(&plan, &Session::options(&arguments.choices));
@@ -28,7 +27,13 @@ pub(crate) fn run(arguments: &PlanArguments) -> bool {
     }
     match arguments.format {
         AnswerFormat::Human => {
-            let Some(graph) = &checked.graph else { return false };
+            let is_empty = plan.passes.is_empty() && plan.culled.is_empty();
+            let Some(graph) = checked.graph.as_ref().filter(|_| fine || !is_empty) else {
+                return false;
+            };
+            if !fine {
+                print("The plan without the passes that have errors:\n\n");
+            }
             print(&table(&Report::new(&plan, graph, session.sources())));
         }
         AnswerFormat::Json => {

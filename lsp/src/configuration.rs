@@ -43,7 +43,7 @@ struct Asked {
 /// A configuration in a list.
 #[derive(Debug, Serialize)]
 pub(crate) struct Listed {
-    /// The change from the present configuration, in a few words.
+    /// The preset or the changed feature, in a few words.
     label: String,
     /// The description of the preset or feature; empty if it has none.
     detail: String,

@@ -84,8 +84,8 @@ fn of_properties(variant: &ProgramVariant) -> String {
     }
 }
 
-/// Returns the code lenses of a document or template, each of which shows generated WGSL. `None` if the document
-/// belongs to no pipeline that loads.
+/// Returns the code lenses of a document or template, which show generated WGSL or choose the configuration. `None` if
+/// the document belongs to no pipeline.
 pub(crate) fn lenses(workspace: &mut Workspace, params: &CodeLensParams) -> Option<Vec<CodeLens>> {
     let path = document_path(&params.text_document.uri)?;
     if is_template(&path) {

@@ -393,8 +393,8 @@ impl Workspace {
         all
     }
 
-    /// Converts the place of a diagnostic to a path and a range for the editor. `None` if the place is in a file
-    /// bundled with the module, in neither document nor template, or in no file.
+    /// Converts the place of a diagnostic to a path and a range for the editor. `None` for a place in a text
+    /// without an absolute path, in a file that is neither document nor template, or in no file.
     fn shown(&self, place: &Place) -> Option<(PathBuf, Range)> {
         match place {
             Place::Span(span) => {

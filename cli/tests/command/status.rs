@@ -71,7 +71,7 @@ fn plan_is_json_on_demand_and_wgsl_is_the_text_of_the_pass() {
         let is_line = |line: &str| line.split_whitespace().collect::<Vec<_>>().join(" ") == words;
         assert!(table.lines().any(is_line), "{words}\n{table}");
     };
-    has("nebula: 1280×720, 6 passes (0 culled), 6 resources, ordered for declaration");
+    has("nebula: 1280×720, 6 passes (0 culled), 6 resources, in declared order");
     has("3 casters draw directional_light → maps");
     has("maps depth32float 2048×2048 · 4 layers 64.0 MiB texture 0 3 to 4");
     has("eye data blackboard 1 to 5");
@@ -117,6 +117,7 @@ fn a_broken_pass_does_not_hide_the_others() {
         let (shown, errors) = (text(&output.stdout), text(&output.stderr));
         assert_eq!(output.status.code(), Some(1), "{errors}");
         assert!(errors.contains("UG0102") && shown.contains("paint"), "{arguments:?}: {shown}\n{errors}");
+        assert_eq!(arguments[0] == "plan", shown.starts_with("The plan without the passes that have errors"));
     }
 }
 

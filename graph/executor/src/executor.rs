@@ -418,9 +418,10 @@ impl Executor {
         self.try_record(encoder, frame, false).map_err(|found| self.error(found))
     }
 
-    /// Records the last frame once more, for example after [`Executor::set_plan`] with a plan that also copies textures
-    /// out. `frame` is that of the last record. CPU passes do not run: the data that they published then is used. Each
-    /// history reads what it read then, and its contents of that frame are written again.
+    /// Records the last frame again, for example after [`Executor::set_plan`] with a plan that also copies textures.
+    /// Pass the same `frame` as to the last record. CPU passes that have run keep their published data; passes that have
+    /// not run yet run now. Each history reads the same earlier frames as before, and its contents of that frame are
+    /// written again.
     ///
     /// Persistent resources and imports are as the last record left them. If a frame changes them step by step, restore
     /// them first (`Options::copyable_state`). After a change of plans all kept views are drawn again. After a record

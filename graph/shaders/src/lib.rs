@@ -62,6 +62,11 @@ mod tests;
 mod variant;
 mod written;
 
+/// The tags and the literal text of templates.
+pub mod tags {
+    pub use crate::jinja::scan::{Scan, Tag, TagKind, Word, WordKind, scan};
+}
+
 pub use axes::{Axes, Axis, AxisKind, AxisMode, schema as axes_schema};
 pub use module::backend::Emitted;
 pub use permutations::ShaderCache;

@@ -222,7 +222,8 @@ fn import_error(plan: &Plan, name: &str, resource: &PlannedResource, import: Imp
     Some(format!("\"{pass}\" copies \"{name}\", which takes a whole texture, not a part of one"))
 }
 
-/// Runs the CPU passes in the plan's order. With `is_again`, passes keep what they published for the last frame.
+/// Runs the CPU passes in the plan's order. With `is_again`, passes that have run keep what they published;
+/// others run.
 ///
 /// # Errors
 /// A pass that publishes data it did not declare, or a view that lies outside the attachments it is drawn into.

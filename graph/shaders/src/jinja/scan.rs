@@ -1,8 +1,8 @@
 //! The tags and the literal text of a template, and the words in its tags.
 //!
-//! The template engine's own tokenizer finds them, so that this module reads the same tags as the engine. Three users
+//! The template engine's own tokenizer finds them, so that this module reads the same tags as the engine. Four users
 //! need them: the map from generated text to templates (which tag wrote this value?), the length limit of expressions,
-//! and syntax diagnostics (which block is open here?). Comments and the tags of `raw` blocks are no tokens; the body of
+//! syntax diagnostics (which block is open here?), and answers for editors. Comments and the tags of `raw` blocks are no tokens; the body of
 //! a `raw` block is literal text.
 //!
 //! Limits: in a template that the engine rejects, text after the place at which the tokenizer stops is not scanned.
@@ -14,7 +14,7 @@ use minijinja::syntax::SyntaxConfig;
 
 /// The kind of a template tag.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum TagKind {
+pub enum TagKind {
     /// An expression tag: `{{ .. }}`.
     Expression,
     /// A block tag: `{% .. %}`.
@@ -23,25 +23,29 @@ pub(crate) enum TagKind {
 
 /// A tag of a template, such as `{% if sscs %}` or `{{ taps }}`.
 #[derive(Clone, Debug)]
-pub(crate) struct Tag {
+pub struct Tag {
     /// The byte range of the tag, including its delimiters.
-    pub(crate) range: Range<usize>,
-    pub(crate) kind: TagKind,
-    pub(crate) words: Vec<Word>,
+    pub range: Range<usize>,
+    /// The kind of the tag.
+    pub kind: TagKind,
+    /// The tokens between the delimiters, in source order.
+    pub words: Vec<Word>,
     /// Whether the tag has no closing delimiter before the end of the template.
-    pub(crate) is_open: bool,
+    pub is_open: bool,
 }
 
 /// One token inside a tag.
 #[derive(Clone, Debug)]
-pub(crate) struct Word {
-    pub(crate) range: Range<usize>,
-    pub(crate) kind: WordKind,
+pub struct Word {
+    /// The byte range of the token; a string literal includes its quotes.
+    pub range: Range<usize>,
+    /// The kind of the token.
+    pub kind: WordKind,
 }
 
 /// The kind of a token inside a tag.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum WordKind {
+pub enum WordKind {
     /// A name or a keyword.
     Identifier,
     /// A string literal with its quotes.
@@ -54,10 +58,11 @@ pub(crate) enum WordKind {
 
 /// The tags and literal pieces of a template, each in source order.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Scan {
-    pub(crate) tags: Vec<Tag>,
+pub struct Scan {
+    /// The tags.
+    pub tags: Vec<Tag>,
     /// The byte ranges of literal text, without white space that tags trim.
-    pub(crate) literals: Vec<Range<usize>>,
+    pub literals: Vec<Range<usize>>,
 }
 
 /// A piece of a template: literal text or a tag.
@@ -95,7 +100,7 @@ impl Tag {
 }
 
 /// Splits a template into tags and literal text.
-pub(crate) fn scan(text: &str) -> Scan {
+pub fn scan(text: &str) -> Scan {
     let mut found = Scan::default();
     let mut tokenizer = Tokenizer::new(text, "", false, syntax());
     loop {

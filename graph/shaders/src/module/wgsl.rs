@@ -23,7 +23,6 @@ use crate::reflection::WorkgroupSizes;
 use crate::rules::aliasing;
 use crate::rules::behaviors;
 use crate::rules::constant_arguments;
-use crate::rules::folded;
 use crate::rules::spelled;
 use crate::rules::stage_variables;
 use crate::rules::texture_arguments;
@@ -64,7 +63,6 @@ pub(crate) fn parse(text: &str) -> Result<Module, Rejection> {
     constructors::check(&tokens, &module)?;
     scopes::check(&tokens)?;
     spelled::check(&tokens, &module)?;
-    folded::check(&tokens)?;
     Ok(module)
 }
 

@@ -30,7 +30,8 @@ struct Declaration {
     file: FileId,
 }
 
-/// Gives new binding numbers to bindings of library templates that collide with bindings of other templates.
+/// Gives new binding numbers to bindings of library templates, below the host's group, that collide with bindings of
+/// other templates.
 pub(crate) fn move_aside(set: &TemplateSet, source: Source) -> Source {
     if !set.has_own_templates() {
         return source;

@@ -166,7 +166,7 @@ impl Constants<'_> {
     /// Begins steps in the type of a constant argument; `None` if it is not an `f32`.
     fn steps(&self, argument: Handle<Expression>) -> Option<Steps> {
         let first = *self.literals(&self.function.expressions, argument)?.first()?;
-        matches!(first, Literal::F32(_)).then(|| Steps::new(false))
+        matches!(first, Literal::F32(_)).then(Steps::default)
     }
 
     /// The components of a constant expression; `None` if it is not constant, or is the value of a `let`.
@@ -202,7 +202,7 @@ impl Constants<'_> {
 }
 
 /// The message and the help text for the first step that leaves the range of its type; `None` if no step does.
-pub(super) fn beyond(function: &str, steps: Steps) -> Option<(String, &'static str)> {
+fn beyond(function: &str, steps: Steps) -> Option<(String, &'static str)> {
     let step = steps.beyond?;
     Some((
         format!("\"{function}\" of these constants computes {step}, which is beyond the range of its type"),

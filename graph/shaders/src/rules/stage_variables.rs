@@ -1,8 +1,8 @@
 //! Variables and inputs that an entry point cannot have in its stage.
 //!
 //! Workgroup memory belongs to compute stages, a vertex stage writes no storage, and a compute stage has built-in
-//! inputs alone and no result. WGSL counts every mention in the functions that an entry point reaches, whether it is evaluated or
-//! not; naga does not look.
+//! inputs alone and no result. WGSL counts every mention in the functions that an entry point reaches, whether it is
+//! evaluated or not; naga does not look.
 //!
 //! Source: *WebGPU Shading Language*, "Address Spaces" and "Resource interface of a shader".
 

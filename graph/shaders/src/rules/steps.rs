@@ -1,45 +1,30 @@
 //! Arithmetic on floats known at creation, one step after the other.
 //!
 //! WGSL computes such a value by the steps of its definition, and rejects the module if one of them leaves the range of
-//! the type, whatever the result would be: `fma(3e38f, 2.0, -3e38f)` has the product 6e38. naga computes some functions
-//! in other ways, and looks at the result alone.
+//! the type, whatever the result would be: `smoothstep(-3e38f, 3e38f, x)` has the difference 6e38. naga computes some
+//! functions in other ways, and looks at the result alone.
 //!
 //! Limit: `f16` is left to naga.
 
-/// The steps of one value, in `f32` or for numbers without a type in `f64`.
-#[derive(Clone, Debug)]
+/// The steps of one value in `f32`.
+#[derive(Clone, Debug, Default)]
 pub(super) struct Steps {
-    is_abstract: bool,
     /// The first step that leaves the range: `3e38 * 2e0`. `None` if there is none.
     pub(super) beyond: Option<String>,
 }
 
 impl Steps {
-    pub(super) fn new(is_abstract: bool) -> Self {
-        Self { is_abstract, beyond: None }
-    }
-
-    /// Rounds a number to the type. The result may be infinite.
-    pub(super) fn round(&self, value: f64) -> f64 {
-        if self.is_abstract { value } else { f64::from(value as f32) }
-    }
-
-    /// Computes `one` with an operator of `+ - * / %` and `other`, and notes the step if it leaves the range.
-    pub(super) fn step(&mut self, one: f64, operator: &str, other: f64) -> f64 {
+    /// Computes `one` with an operator of `+ - * /` and `other`, and notes the step if it leaves the range.
+    fn step(&mut self, one: f64, operator: &str, other: f64) -> f64 {
         let value = match operator {
             "+" => one + other,
             "-" => one - other,
             "*" => one * other,
-            "/" => one / other,
-            // The specification's definition, by which the quotient has to be in the range, too.
-            _ => {
-                let whole = self.round(one / other).trunc();
-                one - self.round(other * whole)
-            }
+            _ => one / other,
         };
-        let value = self.round(value);
+        let value = f64::from(value as f32);
         if !value.is_finite() {
-            self.beyond.get_or_insert_with(|| format!("{one:e} {operator} {other:e}"));
+            self.beyond.get_or_insert_with(|| format!("{:e} {operator} {:e}", one as f32, other as f32));
         }
         value
     }
@@ -73,7 +58,7 @@ impl Steps {
             return;
         }
         let scaled = self.step(ratio, "*", cosine);
-        let root = self.round(k.sqrt());
+        let root = f64::from(k.sqrt() as f32);
         let share = self.step(scaled, "+", root);
         for (incident, normal) in incident.iter().zip(normal) {
             let (one, other) = (self.step(ratio, "*", *incident), self.step(share, "*", *normal));

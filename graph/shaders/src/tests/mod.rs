@@ -16,7 +16,6 @@ mod rejecting;
 mod second_compiler;
 mod texture_reads;
 mod tint;
-mod wgsl_constants;
 mod wgsl_mutants;
 mod wgsl_rules;
 

@@ -211,8 +211,9 @@ fn page() -> String {
         ## Not checked\n\n\
         Limits of a device are [another check](reference/diagnostics.md#ug0530). Arrays and structures are held to the \
         limits of Chrome's compiler, which are above those that the specification asks of every browser; so is nesting. \
-        The steps of constants are not computed for matrices, structures, `f16` and constants whose name is declared \
-        twice.\n",
+        A value that follows from numbers without a type by functions, by shifts of vectors, or by bit operations beyond \
+        32 bits, is not compared with the type that it gets. Of what naga computes while it parses (`fma`, `%`, \
+        `inverseSqrt` of vectors), the result alone is looked at, not the steps on the way.\n",
         sum(2),
         sum(3),
         sum(4),

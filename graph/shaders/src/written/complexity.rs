@@ -126,7 +126,7 @@ pub(crate) fn words(text: &str) -> impl Iterator<Item = Range<usize>> {
             at += 1;
             match (*bytes.get(start)?, bytes.get(at)) {
                 (b'/', Some(b'/')) => {
-                    let end = bytes[at..].iter().position(|byte| *byte == b'\n');
+                    let end = bytes[at..].iter().position(|byte| matches!(byte, b'\n' | 0x0b | 0x0c | b'\r'));
                     at = end.map_or(bytes.len(), |end| at + end);
                 }
                 (b'/', Some(b'*')) => at = comment_end(bytes, start).unwrap_or(bytes.len()),

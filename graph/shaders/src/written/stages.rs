@@ -44,8 +44,8 @@ fn variables(all: Vec<Bound<'_>>) -> Vec<Variable<'_>> {
     found
 }
 
-/// Returns a rejection for each fragment input without a matching output of the vertex stage. `text` is the module's
-/// WGSL.
+/// Returns a rejection for each fragment input without a matching output of the vertex stage. If there are several
+/// stages of a kind, only the first by name is compared. `text` is the module's WGSL.
 pub(crate) fn mismatched(text: &str, module: &Module) -> Vec<Rejection> {
     let of = |stage: ShaderStage| {
         let mut those: Vec<_> = module.entry_points.iter().filter(|entry| entry.stage == stage).collect();

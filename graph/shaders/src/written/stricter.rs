@@ -5,7 +5,6 @@
 //! | `false && (1 / 0 == 1)` | does not evaluate the right side | evaluates it |
 //! | `let k = 4u; v[k]` | a `let` is no constant | knows its value |
 //! | `loop { var q; continuing { var q; } }` | two scopes | one scope |
-//! | `0 << 4294967295u` | is 0 | overflows |
 
 use std::ops::Range;
 
@@ -22,8 +21,6 @@ pub(crate) fn explain(text: &str, rejection: Rejection) -> Rejection {
     } else if is_of_continuing(text, &rejection) {
         "\"continuing\" is a scope of its own, but naga, which wgpu uses, takes it for that of the loop: give one of \
          the two another name"
-    } else if is_shift_of_zero(text, &rejection) {
-        "0 can be shifted by any number, but naga, which wgpu uses, does not shift by so many: write 0"
     } else {
         return rejection;
     };
@@ -50,18 +47,18 @@ fn allowed(rejection: Rejection, way: &str) -> Rejection {
     Rejection { help: Some(format!("WGSL allows this: {way}")), ..rejection }
 }
 
-/// The name of the `let` that is the index or the right operand of an expression in a byte range; `None` if none is.
+/// The name of the `let` that is the index or the right operand of the expression of a byte range; `None` if none is.
 fn let_operand(module: &Module, range: &Range<usize>) -> Option<String> {
     ir::functions(module).find_map(|function| {
         let is_named = |handle: Handle<Expression>| function.named_expressions.get(&handle).cloned();
         function.expressions.iter().find_map(|(handle, expression)| {
             let place = function.expressions.get_span(handle).to_range()?;
-            let is_within = range.start <= place.start && place.end <= range.end;
+            let is_it = place == *range;
             match *expression {
-                Expression::Access { index, .. } if is_within => {
+                Expression::Access { index, .. } if is_it => {
                     is_literal(function, index).then(|| is_named(index))?
                 }
-                Expression::Binary { right, .. } if is_within => {
+                Expression::Binary { right, .. } if is_it => {
                     is_literal(function, right).then(|| is_named(right))?
                 }
                 _ => None,
@@ -80,12 +77,18 @@ fn is_literal(function: &naga::Function, handle: Handle<Expression>) -> bool {
     )
 }
 
+/// The maximum number of bytes of a statement in which a skipped side is looked for.
+const LONGEST: usize = 4096;
+
 /// Returns `true` if the place is in the right side of `false &&` or `true ||`.
 fn is_in_skipped_side(text: &str, rejection: &Rejection) -> bool {
     let Some(before) = rejection.range.as_ref().and_then(|range| text.get(..range.start)) else {
         return false;
     };
     let begin = before.rfind([';', '{', '}']).map_or(0, |at| at + 1);
+    if before.len() - begin > LONGEST {
+        return false;
+    }
     let statement: String = before[begin..].split_whitespace().collect();
     ["false&&", "true||"].iter().any(|left| {
         statement.match_indices(left).any(|(at, _)| {
@@ -123,12 +126,4 @@ fn is_of_continuing(text: &str, rejection: &Rejection) -> bool {
         }
     }
     matches!(open[..], [only] if between[..only].trim_end().ends_with("continuing"))
-}
-
-/// Returns `true` if the place is a left shift of the number 0.
-fn is_shift_of_zero(text: &str, rejection: &Rejection) -> bool {
-    let shift =
-        rejection.range.clone().and_then(|range| text.get(range)).and_then(|text| text.split_once("<<"));
-    let is_zero = |(value, _): (&str, &str)| value.trim_matches([' ', '(', ')']) == "0";
-    rejection.message.contains("<< operation overflowed") && shift.is_some_and(is_zero)
 }

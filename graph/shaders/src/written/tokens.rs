@@ -11,8 +11,8 @@ use std::ops::Range;
 use super::complexity;
 
 /// WGSL keywords that cannot end an operand, so that a following operator sign is unary.
-pub(super) const KEYWORDS: [&str; 10] =
-    ["return", "if", "else", "while", "switch", "case", "let", "const", "const_assert", "in"];
+pub(super) const KEYWORDS: [&str; 9] =
+    ["return", "if", "else", "while", "switch", "case", "let", "const", "const_assert"];
 
 /// WGSL operators of two bytes. Operators that begin with `>` are left out, since `>` may end a template list.
 const PAIRS: [&str; 17] =
@@ -94,7 +94,8 @@ impl<'t> Tokens<'t> {
 
 /// Returns `true` if a token is a name or a keyword other than those in [`KEYWORDS`].
 pub(crate) fn is_name(word: &str) -> bool {
-    word.starts_with(|first: char| first.is_alphabetic() || first == '_') && !KEYWORDS.contains(&word)
+    word.starts_with(|first: char| first.is_alphabetic() || "_℘℮".contains(first))
+        && !KEYWORDS.contains(&word)
 }
 
 /// Returns `true` if a token is an assignment operator.

@@ -268,5 +268,5 @@ crate::codes! {
         "A CPU pass sets a value that it did not declare, or more views or elements than declared. That is a defect of the node kind.";
     /// A mesh filter of a draw pass that the host application's draw source does not support.
     UNKNOWN_FILTER = "UG0805", "unknown filter",
-        "A draw pass names a `mesh_filter` that the host's draw source does not know; or the host does not say which it knows. The filters of a pipeline stand in its plan (`umbragraph plan --format json`); those of the pipelines that come with the module are `opaque`, `transparent`, `moving`, `casters`, `static_casters` and `dynamic_casters`. A host states with `HostInterface::filters` which of them it tells apart, and draws in each pass what `DrawPass::filter` names.";
+        "A draw pass has a `mesh_filter` that the host's draw source does not know, or the host states no filters. The plan lists the filters of a pipeline (`umbragraph plan --format json`). The bundled pipelines use `opaque`, `transparent`, `moving`, `casters`, `static_casters` and `dynamic_casters`. State the filters that the host tells apart with `HostInterface::filters`. In each pass, draw only the meshes that `DrawPass::filter` selects. If the host draws the same in all passes, call `HostInterface::any_filter`.";
 }

@@ -17,12 +17,15 @@ pub fn table(report: &Report) -> String {
     let live = report.live_passes();
     let culled = report.passes.len() - live;
     let resources = report.resources.iter().filter(|one| one.live).count();
+    let order = match report.objective.as_str() {
+        "declaration" => "in declared order".to_owned(),
+        other => format!("ordered for {other}"),
+    };
     let mut text = format!(
-        "{}: {width}×{height}, {} ({culled} culled), {}, ordered for {}\n\n",
+        "{}: {width}×{height}, {} ({culled} culled), {}, {order}\n\n",
         report.pipeline,
         counted(live, "pass"),
         counted(resources, "resource"),
-        report.objective
     );
     let numbers = numbers(report);
     rows(&mut text, ["", "pass", "kind", "reads → writes"], passes(report, &numbers));
@@ -32,6 +35,9 @@ pub fn table(report: &Report) -> String {
     rows(&mut text, ["resource", "what", "bytes", "memory", "passes"], resources.collect());
     let memory = &report.memory;
     let [created, apart, peak] = [memory.created, memory.without_aliasing, memory.peak].map(bytes_in_words);
+    if report.resources.iter().any(|one| one.live && !one.shares_with.is_empty()) {
+        text.push_str("\nResources with one number under \"memory\" share it.");
+    }
     let _ = writeln!(text, "\n{created} created ({apart} without aliasing), {peak} alive at most");
     text
 }
@@ -64,7 +70,7 @@ fn passes(report: &Report, numbers: &[Option<usize>]) -> Vec<[String; 4]> {
             let _ = write!(what, " (toggle {toggle})");
         }
         if before.replace(pass.group) == Some(pass.group) && pass.work == "draw" {
-            what.push_str(" (in the render pass before)");
+            what.push_str(" (same render pass as the pass above)");
         }
         [number.to_string(), pass.name.clone(), pass.kind.clone(), what]
     };

@@ -35,8 +35,8 @@ impl<'a> Variant<'a> {
         let names: BTreeSet<&str> = old.values.keys().chain(self.values.keys()).copied().collect();
         let change = |name: &str| match (old.values.get(name), self.values.get(name)) {
             (Some(old), Some(new)) if old != new => Some(format!("{name} {old} → {new}")),
-            (None, Some(new)) => Some(format!("{name} {new}, new")),
-            (Some(old), None) => Some(format!("no {name}, it was {old}")),
+            (None, Some(new)) => Some(format!("{name} none → {new}")),
+            (Some(old), None) => Some(format!("{name} {old} → none")),
             _ => None,
         };
         names.into_iter().filter_map(change).collect()
@@ -45,24 +45,24 @@ impl<'a> Variant<'a> {
 
 /// Adds lines about the variants of a pass that one plan has and the other lacks.
 pub(super) fn compare(pass: &str, old: &[String], new: &[String], lines: &mut Vec<String>) {
-    let only = |these: &[String], those: &[String]| -> BTreeSet<String> {
-        these.iter().filter(|one| !those.contains(one)).cloned().collect()
-    };
-    let (mut gone, added) = (only(old, new), only(new, old));
+    let [old, new] = [old, new].map(|words| words.iter().collect::<BTreeSet<_>>());
+    let added = &new - &old;
+    let mut gone: BTreeMap<&String, Option<Variant<'_>>> =
+        (&old - &new).into_iter().map(|words| (words, Variant::parse(words))).collect();
     let mut unpaired = Vec::new();
     // The changes of each template, and the number of variants that have them.
     let mut changed: BTreeMap<(String, Vec<String>), usize> = BTreeMap::new();
-    for words in &added {
+    for words in added {
         let variant = Variant::parse(words);
         let nearest = variant.as_ref().and_then(|variant| {
-            let olds = gone.iter().filter_map(|old| Some((old, Variant::parse(old)?)));
+            let olds = gone.iter().filter_map(|(words, old)| Some((*words, old.as_ref()?)));
             let olds = olds.filter(|(_, old)| old.template == variant.template);
-            olds.map(|(words, old)| (variant.changes_since(&old), words.clone()))
+            olds.map(|(words, old)| (variant.changes_since(old), words))
                 .min_by_key(|(changes, _)| changes.len())
         });
         match (variant, nearest) {
             (Some(variant), Some((changes, old))) => {
-                gone.remove(&old);
+                gone.remove(old);
                 *changed.entry((variant.template.to_owned(), changes)).or_default() += 1;
             }
             _ => unpaired.push(words),
@@ -78,7 +78,7 @@ pub(super) fn compare(pass: &str, old: &[String], new: &[String], lines: &mut Ve
     for words in unpaired {
         lines.push(format!("the pass {pass} has the variant {words} now"));
     }
-    for words in gone {
+    for words in gone.into_keys() {
         lines.push(format!("the pass {pass} has the variant {words} no longer"));
     }
 }
@@ -110,7 +110,7 @@ mod tests {
         // Of several old variants the nearest one is compared.
         assert_eq!(
             compared(&old, &[old[0], "lit.wgsl [a=1, b=2, pbr=true] 55555555 taps=24"]),
-            ["the pass shade has lit.wgsl with b 2, new, no filter, it was hard (1 variant)"]
+            ["the pass shade has lit.wgsl with b none → 2, filter hard → none (1 variant)"]
         );
     }
 

@@ -13,11 +13,12 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use super::{Candidate, CandidateKind, Expected, Hover};
+use crate::graph::shader::tags::{TagKind, Word, WordKind};
 use crate::graph::shader::{Axes, Axis, TemplateSet};
-use crate::graph::source::{FileId, Sources, Span};
+use crate::graph::source::{FileId, Span};
 use crate::session::Session;
 pub use scan::TemplateItem;
-use scan::{Declared, Scan, TagKind};
+use scan::{Declared, Scan, Tags};
 
 /// A declaration of a template, for an outline.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -41,9 +42,18 @@ const STATEMENTS: [&str; 13] = [
 /// Words within tags that are no names.
 const OPERATORS: [&str; 9] = ["and", "or", "not", "in", "is", "import", "from", "as", "with"];
 
+/// The text of a template, with its tags.
+struct Text<'a> {
+    file: FileId,
+    text: &'a str,
+    tags: Tags,
+}
+
 /// A template and the texts that meet in one module with it.
 struct Unit<'a> {
     set: &'a TemplateSet,
+    /// All templates of the session, by name.
+    texts: &'a BTreeMap<&'a str, Text<'a>>,
     /// The names of the templates, that of the cursor first.
     names: Vec<&'a str>,
     scans: BTreeMap<&'a str, (FileId, Scan<'a>)>,
@@ -64,19 +74,13 @@ enum Spot<'a> {
 }
 
 impl<'a> Unit<'a> {
-    fn new(set: &'a TemplateSet, sources: &'a Sources, file: FileId) -> Option<Self> {
+    fn new(set: &'a TemplateSet, texts: &'a BTreeMap<&'a str, Text<'a>>, file: FileId) -> Option<Self> {
         let own = set.names().find(|name| set.file(name) == Some(file))?;
-        let mut scans = BTreeMap::new();
-        for name in set.names() {
-            let Some(id) = set.file(name) else { continue };
-            let Some(text) = sources.get(id) else { continue };
-            scans.insert(name, (id, Scan::new(text.text())));
-        }
         let mut uses: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
         let mut used_by: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
-        for (name, (_, scan)) in &scans {
-            for (used, _) in scan.tags.iter().filter_map(|tag| tag.template(scan.text)) {
-                if let Some((used, _)) = scans.get_key_value(used) {
+        for (name, one) in texts {
+            for (used, _) in one.tags.templates(one.text) {
+                if let Some((used, _)) = texts.get_key_value(used) {
                     uses.entry(name).or_default().insert(used);
                     used_by.entry(used).or_default().insert(name);
                 }
@@ -90,7 +94,12 @@ impl<'a> Unit<'a> {
                 names.push(name);
             }
         }
-        Some(Self { set, names, scans, roots })
+        let scan = |name: &&'a str| {
+            let one = texts.get(name)?;
+            Some((*name, (one.file, Scan::new(one.text, &one.tags))))
+        };
+        let scans = names.iter().filter_map(scan).collect();
+        Some(Self { set, texts, names, scans, roots })
     }
 
     fn own(&self) -> Option<&(FileId, Scan<'a>)> {
@@ -118,33 +127,24 @@ impl<'a> Unit<'a> {
     fn spot(&self, offset: usize) -> Option<(Spot<'a>, std::ops::Range<usize>)> {
         let (_, scan) = self.own()?;
         if let Some(tag) = scan.tag_at(offset) {
-            if tag.kind == TagKind::Comment {
-                return None;
-            }
-            if let Some((name, range)) = tag.template(scan.text)
+            if let Some((name, range)) = scan::template(scan.text, tag)
                 && (range.start..=range.end).contains(&offset)
             {
                 return Some((Spot::Template(name), range));
             }
-            let range = scan::word_at(scan.text, offset);
-            let word = scan.text.get(range.clone()).filter(|word| !word.is_empty())?;
-            let is_name = !STATEMENTS.contains(&word)
-                && !OPERATORS.contains(&word)
-                && !word.starts_with(|sign: char| sign.is_ascii_digit())
-                && !scan::is_quoted(&scan.text[tag.range.clone()], range.start - tag.range.start);
-            return is_name.then_some((Spot::OfTag(word), range));
+            let is_here = |word: &&Word| (word.range.start..=word.range.end).contains(&offset);
+            let is_name = |word: &&Word| word.kind == WordKind::Identifier;
+            let range = tag.words.iter().filter(is_here).find(is_name)?.range.clone();
+            let word = scan.text.get(range.clone())?;
+            let is_keyword = STATEMENTS.contains(&word) || OPERATORS.contains(&word);
+            return (!is_keyword).then_some((Spot::OfTag(word), range));
         }
         let range = scan.word_at(offset);
         let word = scan.text.get(range.clone()).filter(|word| !word.is_empty())?;
-        if word.starts_with(|sign: char| sign.is_ascii_digit()) || self.is_blank(scan, &range) {
+        if word.starts_with(|sign: char| sign.is_ascii_digit()) || scan.is_comment(offset) {
             return None;
         }
         Some((if scan.is_member(&range) { Spot::Member(word) } else { Spot::Word(word) }, range))
-    }
-
-    /// Returns `true` for a word that is a comment in the text.
-    fn is_blank(&self, scan: &Scan<'_>, range: &std::ops::Range<usize>) -> bool {
-        scan.flat[range.clone()].trim().is_empty()
     }
 
     fn definition(&self, offset: usize) -> Vec<Span> {
@@ -194,11 +194,9 @@ impl<'a> Unit<'a> {
         };
         match spot {
             Spot::Template(name) => {
-                for (file, scan) in self.scans.values() {
-                    let named = scan.tags.iter().filter_map(|tag| tag.template(scan.text));
-                    places.extend(
-                        named.filter(|(one, _)| *one == name).map(|(_, range)| Span::new(*file, range)),
-                    );
+                for one in self.texts.values() {
+                    let named = one.tags.templates(one.text).filter(|(known, _)| *known == name);
+                    places.extend(named.map(|(_, range)| Span::new(one.file, range)));
                 }
             }
             Spot::OfTag(word) => places.extend(everywhere(None, word)),
@@ -226,10 +224,8 @@ impl<'a> Unit<'a> {
         let (file, scan) = self.own()?;
         let text = match spot {
             Spot::Template(name) => {
-                let (_, scan) = self.scans.get(name)?;
-                let first =
-                    scan.tags.first().filter(|tag| tag.kind == TagKind::Comment && tag.range.start == 0);
-                first.map(|tag| tag.inner(scan.text).trim().to_owned())?
+                let comment = self.texts.get(name)?.text.strip_prefix("{#")?;
+                comment.split("#}").next()?.trim_matches(['-', '+']).trim().to_owned()
             }
             Spot::OfTag(word) => match self.axes().get(word) {
                 Some(axis) => {
@@ -286,12 +282,10 @@ impl<'a> Unit<'a> {
                 Candidate { kind, label: label.to_owned(), text: label.to_owned(), detail, description };
             list.entry(label.to_owned()).or_insert(candidate);
         };
-        let tag = scan.tag_at(offset);
-        let replaced = match tag {
-            Some(tag) if tag.kind == TagKind::Comment => return None,
-            Some(tag) => match tag.template(scan.text) {
+        let replaced = match scan.tag_at(offset) {
+            Some(tag) => match scan::template(scan.text, tag) {
                 Some((_, range)) if (range.start..=range.end).contains(&offset) => {
-                    self.scans.keys().for_each(|name| add(CandidateKind::Template, name, None, None));
+                    self.texts.keys().for_each(|name| add(CandidateKind::Template, name, None, None));
                     range
                 }
                 _ => {
@@ -300,27 +294,16 @@ impl<'a> Unit<'a> {
                         add(CandidateKind::Axis, &axis.name, Some(detail), Some(axis.description.clone()));
                     }
                     let range = scan::word_at(scan.text, offset);
-                    let is_first = scan.text[tag.range.start + 2..range.start]
-                        .trim_matches(['-', '+'])
-                        .trim()
-                        .is_empty();
-                    if is_first && tag.kind == TagKind::Statement {
+                    let is_first = tag.words.first().is_none_or(|first| range.start <= first.range.start);
+                    if is_first && tag.kind == TagKind::Block {
                         STATEMENTS.iter().for_each(|word| add(CandidateKind::Word, word, None, None));
                     }
                     range
                 }
             },
+            None if scan.is_comment(offset) => return None,
             None => {
                 let range = scan.word_at(offset);
-                // Within a comment nothing is proposed.
-                if scan
-                    .text
-                    .get(range.clone())
-                    .is_some_and(|word| word != &scan.flat[range.clone()] && !word.contains("{{"))
-                    || is_comment(scan, offset)
-                {
-                    return None;
-                }
                 let is_member = scan.flat[..range.start].ends_with('.');
                 for (_, scan, declared) in self.declared() {
                     let is_wgsl = !matches!(declared.kind, TemplateItem::Macro | TemplateItem::Block);
@@ -342,13 +325,6 @@ impl<'a> Unit<'a> {
         };
         Some(Expected { replaced: Span::new(*file, replaced), candidates: list.into_values().collect() })
     }
-}
-
-/// Returns `true` for a byte after `//` in its line, or in a block comment.
-fn is_comment(scan: &Scan<'_>, offset: usize) -> bool {
-    let line = scan.text[..offset].rfind('\n').map_or(0, |at| at + 1);
-    let (text, flat) = (&scan.text[line..offset], &scan.flat[line..offset]);
-    text.trim_end() != flat.trim_end() && text.contains("//") && !flat.contains("//")
 }
 
 fn code(text: &str) -> String {
@@ -383,13 +359,20 @@ impl Session {
 
     fn in_template<T>(&mut self, file: FileId, answer: impl FnOnce(&Unit<'_>) -> Option<T>) -> Option<T> {
         let set: Arc<TemplateSet> = self.templates();
-        answer(&Unit::new(&set, self.sources(), file)?)
+        let text = |name| {
+            let file = set.file(name)?;
+            let text = &**self.sources().get(file)?.text();
+            Some((name, Text { file, text, tags: Tags::of(text) }))
+        };
+        let texts = set.names().filter_map(text).collect();
+        answer(&Unit::new(&set, &texts, file)?)
     }
 
     /// Returns the declarations of a template in the order of its text.
     pub fn template_symbols(&mut self, file: FileId) -> Vec<TemplateSymbol> {
         let Some(source) = self.sources().get(file) else { return Vec::new() };
-        let scan = Scan::new(source.text());
+        let tags = Tags::of(source.text());
+        let scan = Scan::new(source.text(), &tags);
         let symbol = |one: &Declared| TemplateSymbol {
             kind: one.kind,
             name: scan.name(one).to_owned(),

@@ -1,13 +1,16 @@
 //! Declarations and names in the text of a template, without a parser of WGSL.
 //!
-//! A template is WGSL with tags between, and may be broken, so no parser takes it. [`Scan`] lays blanks over tags and
-//! comments, byte for byte, and finds declarations by their keywords in what is left. A name that is made by a tag
-//! (`shade_{{ kind }}`) is one word.
+//! A template is WGSL with tags between, and may be broken, so no parser takes it. The template engine's tokenizer finds
+//! the tags; after a broken one it goes on in the next line. [`Scan`] lays blanks over tags and comments, byte for byte,
+//! and finds declarations by their keywords in what is left. A name that is made by a tag (`shade_{{ kind }}`) is one
+//! word.
 //!
-//! Limits: `const` counts as a declaration of the module outside of braces; braces that stand in one branch of a tag
-//! only make that count wrong.
+//! Limits: after [`MOST_BROKEN`] broken tags the rest of a text is not looked at. `const` counts as a declaration of the
+//! module outside of braces; braces that stand in one branch of a tag only make that count wrong.
 
 use std::ops::Range;
+
+use crate::graph::shader::tags::{self, Tag, TagKind, Word, WordKind};
 
 /// The kinds of things that a template declares.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -40,43 +43,73 @@ pub(super) struct Declared {
     pub(super) signature: Range<usize>,
 }
 
-/// A tag `{% … %}`, `{{ … }}` or `{# … #}`.
-#[derive(Clone, Debug)]
-pub(super) struct Tag {
-    pub(super) kind: TagKind,
-    /// The bytes with both delimiters.
-    pub(super) range: Range<usize>,
+/// The maximum number of broken tags after which a text is read on.
+const MOST_BROKEN: usize = 16;
+
+/// The tags and the literal text of a template, in source order.
+#[derive(Debug, Default)]
+pub(super) struct Tags {
+    pub(super) tags: Vec<Tag>,
+    literals: Vec<Range<usize>>,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum TagKind {
-    Statement,
-    Expression,
-    Comment,
+impl Tags {
+    pub(super) fn of(text: &str) -> Self {
+        let (mut all, mut at) = (Self::default(), 0);
+        for _ in 0..=MOST_BROKEN {
+            let moved = |range: &Range<usize>| at + range.start..at + range.end;
+            let Some(rest) = text.get(at..) else { break };
+            let found = tags::scan(rest);
+            let broken = found.tags.iter().position(|tag| is_broken(rest, tag));
+            let whole = broken.map_or(rest.len(), |broken| found.tags[broken].range.start);
+            let literals = found.literals.iter().filter(|range| range.start < whole);
+            all.literals.extend(literals.map(moved));
+            all.tags.extend(found.tags.into_iter().take(broken.map_or(usize::MAX, |at| at + 1)).map(
+                |mut tag| {
+                    tag.range = moved(&tag.range);
+                    tag.words.iter_mut().for_each(|word| word.range = moved(&word.range));
+                    tag
+                },
+            ));
+            let Some(last) = all.tags.last_mut().filter(|_| broken.is_some()) else { break };
+            // It ends with its line.
+            let end = text[last.range.start..].find('\n').map_or(text.len(), |end| last.range.start + end);
+            last.range.end = end;
+            last.words.retain(|word| word.range.end <= end);
+            at = end;
+        }
+        all
+    }
+
+    /// The names of the templates that tags name, with their bytes.
+    pub(super) fn templates<'t>(&self, text: &'t str) -> impl Iterator<Item = (&'t str, Range<usize>)> {
+        self.tags.iter().filter_map(move |tag| template(text, tag))
+    }
 }
 
-impl Tag {
-    /// The bytes between the delimiters, without the signs that trim blanks.
-    pub(super) fn inner<'t>(&self, text: &'t str) -> &'t str {
-        let inner = text.get(self.range.start + 2..self.range.end.saturating_sub(2)).unwrap_or_default();
-        inner.trim_matches(['-', '+'])
-    }
+/// Returns `true` for a tag that ends with its closing delimiter.
+fn is_closed(text: &str, tag: &Tag) -> bool {
+    let close = if tag.kind == TagKind::Block { "%}" } else { "}}" };
+    text[tag.range.clone()].ends_with(close)
+}
 
-    /// The template that the tag names: in `include`, `import`, `from` and `extends`. Returns the name and its bytes.
-    pub(super) fn template<'t>(&self, text: &'t str) -> Option<(&'t str, Range<usize>)> {
-        if self.kind != TagKind::Statement {
-            return None;
-        }
-        let word = self.inner(text).split_whitespace().next()?;
-        if !["include", "import", "from", "extends"].contains(&word) {
-            return None;
-        }
-        let quote = |sign: char| Some((self.range.start + text[self.range.clone()].find(sign)?, sign));
-        let (start, sign) = quote('"').into_iter().chain(quote('\'')).min()?;
-        let rest = text.get(start + 1..self.range.end)?;
-        let name = &rest[..rest.find(sign)?];
-        Some((name, start + 1..start + 1 + name.len()))
+/// Returns `true` for a tag without an end, or whose end is that of another tag.
+fn is_broken(text: &str, tag: &Tag) -> bool {
+    let is_in_string =
+        |at: usize| tag.words.iter().any(|word| word.kind == WordKind::Text && word.range.contains(&at));
+    let start = tag.range.start + 2;
+    let mut others = text[start.min(tag.range.end)..tag.range.end].match_indices("{%");
+    !is_closed(text, tag) || others.any(|(at, _)| !is_in_string(start + at))
+}
+
+/// The template that a tag names, in `include`, `import`, `from` and `extends`, and the bytes of the name.
+pub(super) fn template<'t>(text: &'t str, tag: &Tag) -> Option<(&'t str, Range<usize>)> {
+    if !["include", "import", "from", "extends"].contains(&text.get(tag.words.first()?.range.clone())?) {
+        return None;
     }
+    let written = &tag.words.iter().find(|word| word.kind == WordKind::Text)?.range;
+    let name = written.start + 1..written.end - 1;
+    Some((text.get(name.clone())?, name))
 }
 
 /// A template's text with what was found in it.
@@ -85,17 +118,17 @@ pub(super) struct Scan<'t> {
     pub(super) text: &'t str,
     /// The WGSL of the text: comments and tags are blanks, and tags of values are part of the word around them.
     pub(super) flat: String,
-    pub(super) tags: Vec<Tag>,
+    pub(super) tags: &'t [Tag],
     pub(super) declared: Vec<Declared>,
 }
 
 impl<'t> Scan<'t> {
-    pub(super) fn new(text: &'t str) -> Self {
-        let (flat, tags) = flattened(text);
+    pub(super) fn new(text: &'t str, tags: &'t Tags) -> Self {
+        let flat = flattened(text, tags);
         let mut declared = declarations(text, &flat);
-        declared.extend(tags.iter().filter_map(|tag| declared_by(text, tag)));
+        declared.extend(tags.tags.iter().filter_map(|tag| declared_by(text, tag)));
         declared.sort_by_key(|one| one.name.start);
-        Self { text, flat, tags, declared }
+        Self { text, flat, tags: &tags.tags, declared }
     }
 
     pub(super) fn name(&self, declared: &Declared) -> &'t str {
@@ -103,8 +136,19 @@ impl<'t> Scan<'t> {
     }
 
     /// The tag that contains a byte, delimiters left out.
-    pub(super) fn tag_at(&self, offset: usize) -> Option<&Tag> {
-        self.tags.iter().find(|tag| tag.range.start + 2 <= offset && offset + 2 <= tag.range.end)
+    pub(super) fn tag_at(&self, offset: usize) -> Option<&'t Tag> {
+        let end = |tag: &Tag| tag.range.end - if is_closed(self.text, tag) { 2 } else { 0 };
+        self.tags.iter().find(|tag| (tag.range.start + 2..=end(tag)).contains(&offset))
+    }
+
+    /// Returns `true` for a byte within a comment, of the template or of WGSL.
+    pub(super) fn is_comment(&self, offset: usize) -> bool {
+        let Some(before) = self.text.get(..offset) else { return false };
+        [("{#", "#}"), ("/*", "*/"), ("//", "\n")].iter().any(|(open, close)| {
+            before.rfind(open).is_some_and(|start| {
+                self.flat[start..].starts_with("  ") && !before[start + open.len()..].contains(close)
+            })
+        })
     }
 
     /// The word of WGSL at a byte, or before it.
@@ -123,16 +167,12 @@ impl<'t> Scan<'t> {
         words(&self.flat).filter(move |range| &self.text[range.clone()] == word)
     }
 
-    /// All occurrences of a word within statements and values of tags.
-    pub(super) fn words_of_tags<'s>(&'s self, word: &'s str) -> impl Iterator<Item = Range<usize>> + 's {
-        let tags = self.tags.iter().filter(|tag| tag.kind != TagKind::Comment);
-        tags.flat_map(move |tag| {
-            let inner = &self.text[tag.range.clone()];
-            let start = tag.range.start;
-            let is_it =
-                move |range: &Range<usize>| inner[range.clone()] == *word && !is_quoted(inner, range.start);
-            words(inner).filter(is_it).map(move |range| start + range.start..start + range.end)
-        })
+    /// All occurrences of a name within tags.
+    pub(super) fn words_of_tags<'s>(&'s self, name: &'s str) -> impl Iterator<Item = Range<usize>> + 's {
+        let words = self.tags.iter().flat_map(|tag| &tag.words);
+        let is_it =
+            move |word: &&Word| word.kind == WordKind::Identifier && &self.text[word.range.clone()] == name;
+        words.filter(is_it).map(|word| word.range.clone())
     }
 
     /// The function that contains a byte.
@@ -169,13 +209,10 @@ impl<'t> Scan<'t> {
         let before = &self.text[..declared.whole.start];
         let trimmed = before.trim_end();
         // A comment of the template that ends on the line before.
-        let is_next = !before[trimmed.len()..].contains("\n\n");
-        if let Some(tag) =
-            self.tags.iter().find(|tag| tag.kind == TagKind::Comment && tag.range.end == trimmed.len())
-            && is_next
-        {
-            let lines = tag.inner(self.text).trim_matches('#').lines().map(str::trim);
-            return lines.collect::<Vec<_>>().join("\n").trim().to_owned();
+        let is_next = !before[trimmed.len()..].contains("\n\n") && trimmed.ends_with("#}");
+        if is_next && let Some(start) = trimmed.rfind("{#").filter(|start| self.is_comment(start + 2)) {
+            let inner = trimmed[start + 2..].trim_end_matches("#}").trim_matches(['-', '+']);
+            return inner.lines().map(str::trim).collect::<Vec<_>>().join("\n").trim().to_owned();
         }
         let mut lines: Vec<&str> = Vec::new();
         let complete = before.rfind('\n').map_or("", |end| &before[..end]);
@@ -186,19 +223,6 @@ impl<'t> Scan<'t> {
         lines.reverse();
         lines.join("\n")
     }
-}
-
-/// Returns `true` for a byte within a string of a tag.
-pub(super) fn is_quoted(inner: &str, offset: usize) -> bool {
-    let mut open = None;
-    for sign in inner[..offset].chars().filter(|sign| matches!(sign, '"' | '\'')) {
-        open = match open {
-            None => Some(sign),
-            Some(known) if known == sign => None,
-            known => known,
-        };
-    }
-    open.is_some()
 }
 
 fn is_word(byte: u8) -> bool {
@@ -226,61 +250,36 @@ fn words(text: &str) -> impl Iterator<Item = Range<usize>> + '_ {
     })
 }
 
-/// Blanks over tags and comments, and the tags.
-fn flattened(text: &str) -> (String, Vec<Tag>) {
+/// Lays blanks over all that is no WGSL, and `_` over tags of values; line breaks stay.
+fn flattened(text: &str, tags: &Tags) -> String {
     let bytes = text.as_bytes();
-    let (mut flat, mut tags, mut at) = (bytes.to_vec(), Vec::new(), 0);
-    // The signs that end no tag from here on, so that no text is searched again and again.
-    let mut missing: Vec<&str> = Vec::new();
-    while at < bytes.len() {
-        let rest = &text.as_bytes()[at..];
-        let tag = match rest {
-            [b'{', b'%', ..] => Some((TagKind::Statement, "%}")),
-            [b'{', b'{', ..] => Some((TagKind::Expression, "}}")),
-            [b'{', b'#', ..] => Some((TagKind::Comment, "#}")),
-            _ => None,
-        };
-        let (end, fill) = match (tag, rest) {
-            (Some((kind, close)), _) => {
-                let found = Some(at + 2).filter(|_| !missing.contains(&close));
-                let end = found.and_then(|start| tag_end(text, start, close, kind)).unwrap_or_else(|| {
-                    missing.push(close);
-                    text[at..].find('\n').map_or(text.len(), |end| at + end)
-                });
-                tags.push(Tag { kind, range: at..end });
-                (end, if kind == TagKind::Expression { b'_' } else { b' ' })
+    let mut flat: Vec<u8> = bytes.iter().map(|byte| if *byte == b'\n' { b'\n' } else { b' ' }).collect();
+    let fill = |flat: &mut [u8], range: Range<usize>, sign: u8| {
+        flat[range].iter_mut().filter(|byte| **byte != b'\n').for_each(|byte| *byte = sign);
+    };
+    for range in &tags.literals {
+        flat[range.clone()].copy_from_slice(&bytes[range.clone()]);
+    }
+    for tag in tags.tags.iter().filter(|tag| tag.kind == TagKind::Expression) {
+        fill(&mut flat, tag.range.clone(), b'_');
+    }
+    let mut at = 0;
+    while at < flat.len() {
+        let end = match &flat[at..] {
+            [b'/', b'/', rest @ ..] => {
+                rest.iter().position(|byte| *byte == b'\n').map_or(flat.len(), |end| at + 2 + end)
             }
-            (None, [b'/', b'/', ..]) => {
-                (rest.iter().position(|byte| *byte == b'\n').map_or(bytes.len(), |end| at + end), b' ')
-            }
-            (None, [b'/', b'*', ..]) => (comment_end(bytes, at), b' '),
+            [b'/', b'*', ..] => comment_end(&flat, at),
             _ => {
                 at += 1;
                 continue;
             }
         };
-        for byte in flat[at..end].iter_mut().filter(|byte| **byte != b'\n') {
-            *byte = fill;
-        }
+        fill(&mut flat, at..end, b' ');
         at = end;
     }
-    // Whole characters were replaced, or none of their bytes.
-    (String::from_utf8_lossy(&flat).into_owned(), tags)
-}
-
-/// The byte after a tag's end; strings may hold what ends one. `None` for a tag without an end.
-fn tag_end(text: &str, start: usize, close: &str, kind: TagKind) -> Option<usize> {
-    let mut open = None;
-    for (at, sign) in text[start..].char_indices() {
-        let at = start + at;
-        match open {
-            Some(known) if sign == known => open = None,
-            None if text[at..].starts_with(close) => return Some(at + close.len()),
-            None if kind != TagKind::Comment && matches!(sign, '"' | '\'') => open = Some(sign),
-            _ => {}
-        }
-    }
-    None
+    // Literal text and comments begin and end with whole characters.
+    String::from_utf8_lossy(&flat).into_owned()
 }
 
 /// The byte after a block comment, which may hold others.
@@ -429,18 +428,13 @@ fn members(flat: &str, body: &Range<usize>, found: &mut Vec<Declared>) {
 
 /// The block or macro that a tag begins.
 fn declared_by(text: &str, tag: &Tag) -> Option<Declared> {
-    if tag.kind != TagKind::Statement {
-        return None;
-    }
-    let inner = &text[tag.range.clone()];
-    let mut all = words(inner);
-    let kind = match &inner[all.next()?] {
+    let [keyword, name, ..] = &tag.words[..] else { return None };
+    let kind = match text.get(keyword.range.clone())? {
         "block" => TemplateItem::Block,
         "macro" => TemplateItem::Macro,
         _ => return None,
     };
-    let name = all.next()?;
-    let name = tag.range.start + name.start..tag.range.start + name.end;
+    let name = name.range.clone();
     Some(Declared { kind, name, whole: tag.range.clone(), signature: tag.range.clone() })
 }
 
@@ -475,7 +469,8 @@ alias Pair = vec2<f32>;
 "#;
 
     fn found(text: &str) -> Vec<(TemplateItem, String)> {
-        let scan = Scan::new(text);
+        let tags = Tags::of(text);
+        let scan = Scan::new(text, &tags);
         scan.declared.iter().map(|one| (one.kind, scan.name(one).to_owned())).collect()
     }
 
@@ -497,17 +492,18 @@ alias Pair = vec2<f32>;
             (Constant, "Pair"),
         ];
         assert_eq!(found(TEXT), expected.map(|(kind, name)| (kind, name.to_owned())));
-        let scan = Scan::new(TEXT);
+        let tags = Tags::of(TEXT);
+        let scan = Scan::new(TEXT, &tags);
         assert_eq!(scan.comment(&scan.declared[0]), "Doubles\na number.");
         assert_eq!(&TEXT[scan.declared[0].signature.clone()], "fn double(x: f32) -> f32 ");
         assert!(TEXT[scan.declared[0].whole.clone()].starts_with("@must_use"));
-        let template = scan.tags.iter().find_map(|tag| tag.template(TEXT));
-        assert_eq!(template.map(|(name, _)| name), Some("lib/a.wgsl.jinja"));
+        assert_eq!(tags.templates(TEXT).next().map(|(name, _)| name), Some("lib/a.wgsl.jinja"));
     }
 
     #[test]
     fn local_names_are_those_of_their_function() {
-        let scan = Scan::new(TEXT);
+        let tags = Tags::of(TEXT);
+        let scan = Scan::new(TEXT, &tags);
         let last = TEXT.find("return twice").expect("a use") + 8;
         assert_eq!(scan.local("twice", last), TEXT.find("twice").map(|at| at..at + 5));
         assert_eq!(scan.local("x", last), TEXT.find("x: f32").map(|at| at..at + 1));
@@ -520,10 +516,23 @@ alias Pair = vec2<f32>;
     #[test]
     fn texts_cut_anywhere_are_taken() {
         for end in (0..=TEXT.len()).filter(|end| TEXT.is_char_boundary(*end)) {
-            let scan = Scan::new(&TEXT[..end]);
+            let (text, tags) = (&TEXT[..end], Tags::of(&TEXT[..end]));
+            let scan = Scan::new(text, &tags);
             assert_eq!(scan.flat.len(), end);
             let _ = (scan.word_at(end), scan.tag_at(end), scan.local("x", end));
         }
-        assert_eq!(Scan::new("ä {% ö %} // ü\n").flat.len(), "ä {% ö %} // ü\n".len());
+        let text = "ä {% ö %} // ü\nfn a() {}";
+        let tags = Tags::of(text);
+        let scan = Scan::new(text, &tags);
+        assert_eq!((scan.flat.len(), scan.declared.len()), (text.len(), 1));
+    }
+
+    #[test]
+    fn text_after_a_broken_tag_is_read_on() {
+        for broken in ["{% if a", "{{ x", "{% if a ? %", "{% include \"a", "{{ 'a }}"] {
+            let text = format!("fn a() {{}}\n{broken}\nfn b() {{}}\n{{% if c %}}fn d() {{}}{{% endif %}}");
+            let names: Vec<String> = found(&text).into_iter().map(|(_, name)| name).collect();
+            assert_eq!(names, ["a", "b", "d"], "{broken}");
+        }
     }
 }

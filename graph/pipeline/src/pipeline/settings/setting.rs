@@ -22,8 +22,8 @@ pub struct ValuedParameter {
     pub value: Value,
     /// The place of the value: the default, a preset, or the caller's setting.
     pub place: Span,
-    /// The use because of which a change of the value needs a new plan; `None` if the value can change from frame to
-    /// frame.
+    /// The use that makes the parameter structural: a change of its value then needs a new plan. `None` if the value can
+    /// change from frame to frame.
     pub structural: Option<Structural>,
 }
 
