@@ -367,6 +367,17 @@ fn axis_keeps_the_old_name_of_its_feature_as_derived() {
 }
 
 #[test]
+fn derived_value_of_an_axis_is_renamed_and_kept() {
+    for others in ["", r#", "z": "=1""#] {
+        let derived = format!(r#""derived": {{ "warm": "=true"{others} }},"#);
+        let text = one_pass(&derived, "");
+        let changed = rename(&[("one.json", &text)], "\"wa", "hot").expect("a rename");
+        let kept = format!(r#""derived": {{ "hot": "=true"{others}, "warm": "=hot" }},"#);
+        assert_eq!(changed, [text.replace(&derived, &kept)]);
+    }
+}
+
+#[test]
 fn axis_that_the_pass_sets_needs_no_derived_value() {
     let text = one_pass(WARM, r#""axes": { "warm": "=warm" }, "#);
     let changed = rename(&[("one.json", &text)], "\"wa", "hot").expect("a rename");
