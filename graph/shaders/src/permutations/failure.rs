@@ -60,7 +60,7 @@ pub(super) fn place_rejection(
 ) -> Diagnostic {
     let template = &each.request.template;
     let Some(file) = templates.file(template) else { return templates.unknown(template, Place::Nowhere) };
-    markers::place(rejection, &source.wgsl, &source.map, file, || {
+    markers::place(templates, rejection, &source.wgsl, &source.map, file, || {
         let leaf = each.exploration.leaves.get(each.exploration.texts.get(text)?.leaf)?;
         templates.marked().map(template, &leaf.decided, &source.wgsl)
     })

@@ -10,6 +10,8 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::context::fixed_context;
+use super::templates::TemplateSet;
+use super::twice;
 use crate::jinja::scan::{Piece, TagKind, scan};
 use crate::jinja::template::Template;
 use crate::jinja::{filters, guard, tree};
@@ -42,9 +44,10 @@ impl MarkedMap {
     }
 }
 
-/// Returns the diagnostic for a rejection of generated WGSL. `exact` creates a precise map; it is only called for
-/// places outside of literal text.
+/// Returns the diagnostic for a rejection of WGSL that was generated from the file `template` of `set`. `exact` creates
+/// a precise map; it is only called for places outside of literal text.
 pub(crate) fn place(
+    set: &TemplateSet,
     rejection: &Rejection,
     wgsl: &str,
     map: &TextMap,
@@ -61,7 +64,10 @@ pub(crate) fn place(
                 .take(8)
                 .fold(diagnostic, |diagnostic, span| diagnostic.related(span, "written out here"))
         }
-        None => rejection.to_diagnostic(wgsl, map, template),
+        None => {
+            let diagnostic = rejection.to_diagnostic(wgsl, map, template);
+            twice::explain(set, template, rejection, map, diagnostic)
+        }
     }
 }
 

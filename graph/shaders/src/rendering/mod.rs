@@ -8,4 +8,5 @@ pub(crate) mod placement;
 pub(crate) mod render;
 pub(crate) mod template_error;
 pub(crate) mod templates;
+mod twice;
 mod unchanged;

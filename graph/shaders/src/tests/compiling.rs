@@ -146,6 +146,35 @@ fn a_variant_is_written_in_every_language_and_line_by_line() {
 }
 
 #[test]
+fn a_template_included_by_two_others_says_both_ways() {
+    // The templates "b" and "c" write nothing of their own, and "d" is what stands in the text twice.
+    let fixture = Fixture::sound(&[
+        (
+            "main.wgsl.jinja",
+            &format!("{{% include 'b.wgsl.jinja' %}}\n{{% include 'c.wgsl.jinja' %}}\n{FRAGMENT}"),
+        ),
+        ("b.wgsl.jinja", "{% include 'd.wgsl.jinja' %}"),
+        ("c.wgsl.jinja", "\n{% include \"d.wgsl.jinja\" %}"),
+        ("d.wgsl.jinja", "{% include 'e.wgsl.jinja' %}"),
+        ("e.wgsl.jinja", "fn one() -> f32 { return 1.0; }\n"),
+    ]);
+    let profile = TargetProfile::webgpu();
+    let said = crate::compile(&fixture.set, "main.wgsl.jinja", &values(&[]), &profile).unwrap_err();
+    let [only] = &said[..] else { panic!("{said:?}") };
+    assert_eq!(fixture.lines([only]), ["UG0520 e.wgsl.jinja:1:4 redefinition of `one`"]);
+    let related = only.related.iter().map(|one| format!("{} {}", fixture.place(&one.place), one.message));
+    assert_eq!(
+        related.filter(|line| !line.contains("generated line")).collect::<Vec<_>>(),
+        [
+            "b.wgsl.jinja:1:1 \"d.wgsl.jinja\" is included here",
+            "c.wgsl.jinja:2:1 \"d.wgsl.jinja\" is included here",
+        ]
+    );
+    let help = "\"d.wgsl.jinja\" is included 2 times: include it once, before its first use";
+    assert_eq!(only.help.as_deref(), Some(help));
+}
+
+#[test]
 fn ten_megabytes_of_text_are_a_diagnostic() {
     let fixture = Fixture::sound(&[("main.wgsl.jinja", &"// 0123456789\n".repeat(800_000))]);
     let lines = fixture.rejection("main.wgsl.jinja", &[]);

@@ -181,7 +181,7 @@ pub(crate) fn check(
         return Err(vec![templates.unknown(template, Place::Nowhere)]);
     };
     let place = |rejection: &Rejection| {
-        markers::place(rejection, &source.wgsl, &source.map, file, || {
+        markers::place(templates, rejection, &source.wgsl, &source.map, file, || {
             let values = template_values(templates, template, values);
             templates.marked().map(template, &values, &source.wgsl)
         })
