@@ -12,6 +12,7 @@
 //! depth range) that no pass could use.
 
 use std::borrow::Cow;
+use std::f32::consts::FRAC_PI_2;
 
 use glam::{DMat3, DMat4, DQuat, DVec2, DVec3, Vec3};
 
@@ -256,7 +257,9 @@ impl Light {
         if !(self.position.is_finite()
             && self.direction.is_finite()
             && self.color.is_finite()
-            && self.intensity.is_finite())
+            && [self.intensity, self.radius, self.angular_diameter, self.priority]
+                .into_iter()
+                .all(f32::is_finite))
         {
             return Some("it has a value that is not finite");
         }
@@ -265,6 +268,18 @@ impl Light {
         }
         if self.range.is_nan() || self.range <= 0.0 {
             return Some("its range is not above zero");
+        }
+        if self.radius < 0.0 || self.angular_diameter < 0.0 {
+            return Some("its source has a negative size");
+        }
+        if let LightKind::Spot { inner_angle, outer_angle } = self.kind {
+            // π/2 as decimal text is often rounded up.
+            let is_cone = 0.0 <= inner_angle && inner_angle <= outer_angle && outer_angle <= FRAC_PI_2 + 1e-4;
+            if !is_cone {
+                return Some(
+                    "its inner angle is negative or above the outer one, or the outer one above π/2",
+                );
+            }
         }
         None
     }
@@ -404,5 +419,34 @@ impl FrameInput {
     pub fn bounds_of(&self, filter: &str) -> &Bounds {
         let known = self.filter_bounds.iter().find(|(known, _)| known == filter);
         known.map_or(&self.scene_bounds, |(_, bounds)| bounds)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_light_with_an_impossible_source_or_cone_is_invalid() {
+        let spot = |inner_angle, outer_angle| Light::new("s", LightKind::Spot { inner_angle, outer_angle });
+        let lamp = || Light::point("lamp", [0.0; 3], [1.0; 3], 1.0);
+        for fine in
+            [spot(0.0, 0.4), spot(0.4, 0.4), spot(0.1, FRAC_PI_2), lamp().radius(0.0), lamp().priority(-1.0)]
+        {
+            assert_eq!(fine.check(), None, "{fine:?}");
+        }
+        for (light, reason) in [
+            (spot(0.5, 0.4), "angle"),
+            (spot(-0.1, 0.4), "angle"),
+            (spot(0.1, 1.6), "angle"),
+            (spot(f32::NAN, 0.4), "angle"),
+            (lamp().radius(-0.1), "negative size"),
+            (lamp().radius(f32::INFINITY), "not finite"),
+            (lamp().angular_diameter(-0.01), "negative size"),
+            (lamp().priority(f32::NAN), "not finite"),
+        ] {
+            let said = light.check();
+            assert!(said.is_some_and(|said| said.contains(reason)), "{light:?}: {said:?}");
+        }
     }
 }

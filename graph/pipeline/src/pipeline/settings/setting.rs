@@ -497,8 +497,13 @@ fn misfit(name: &str, declaration: &ParameterDeclaration, number: f64, whole: bo
         return Some((codes::SETTING_TYPE, message, help));
     }
     let is_unsigned = matches!(declaration.parameter_type, ParameterType::U32 | ParameterType::U32List);
-    let low = declaration.min.or(is_unsigned.then_some(0.0));
-    let high = declaration.max.unwrap_or(if whole { f64::from(u32::MAX) } else { f64::from(f32::MAX) });
+    let (lowest, highest) = match (whole, is_unsigned) {
+        (true, true) => (Some(0.0), f64::from(u32::MAX)),
+        (true, false) => (Some(f64::from(i32::MIN)), f64::from(i32::MAX)),
+        (false, _) => (None, f64::from(f32::MAX)),
+    };
+    let low = declaration.min.or(lowest);
+    let high = declaration.max.unwrap_or(highest);
     let limit = f64::from(f32::MAX);
     let (bound, value) = match (low.unwrap_or(-limit).max(-limit), high.min(limit)) {
         (min, _) if number < min => ("below its minimum", min),
