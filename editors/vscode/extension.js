@@ -100,12 +100,18 @@ exports.activate = (context) => {
     const below = vscode.Uri.file(path.resolve(folder ?? "", templates));
     patterns.push(new vscode.RelativePattern(below, "**/*.{jinja,axes.json}"));
   }
+  // Copies of the templates that come with the module, to which "Go to Definition" leads.
+  patterns.push("**/umbragraph/templates/*/**/*.jinja");
   client = new LanguageClient("umbragraph", "umbragraph", server, {
     documentSelector: patterns.map((pattern) => ({ scheme: "file", pattern })),
   });
   context.subscriptions.push(client);
   wgsl(context, patterns);
-  return client.start();
+  return client.start().catch((error) => {
+    const asked = `\`${server.command} lsp\` does not start. Set "umbragraph.command" to the command's path.`;
+    vscode.window.showErrorMessage(`${asked} ${error.message}`);
+    throw error;
+  });
 };
 
 exports.deactivate = () => client?.stop();

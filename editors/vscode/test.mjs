@@ -1,5 +1,5 @@
 // `npm test`: the server under the protocol library that the extension's client is made of, over a pipe as in an editor.
-// The command to test is UMBRAGRAPH_COMMAND, or `umbragraph`. The extension itself needs Visual Studio Code to run.
+// The command to test is UMBRAGRAPH_COMMAND, or `umbragraph`. trial/trial.mjs tries the extension itself.
 import assert from "node:assert/strict";
 import { spawn } from "node:child_process";
 import { mkdtempSync, rmSync, writeFileSync } from "node:fs";

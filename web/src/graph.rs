@@ -134,9 +134,10 @@ impl Project {
     ) -> Option<String> {
         let (_, before) = self.planned(path, values, None, options.clone());
         let known: BTreeSet<String> = before.iter().map(|one| one.message.clone()).collect();
-        for (file, edits) in edits {
-            let edited = self.text(file).and_then(|text| edits.apply(&text).ok());
-            self.session.overlay(file, edited?.into_bytes());
+        let edited = |(file, edits): (&String, &Edits)| Some((file.clone(), edits.apply(&self.text(file)?).ok()?));
+        let texts: Vec<(String, String)> = edits.iter().map(edited).collect::<Option<_>>()?;
+        for (file, text) in texts {
+            self.session.overlay(file, text.into_bytes());
         }
         let (_, after) = self.planned(path, values, None, options);
         for file in edits.keys() {
