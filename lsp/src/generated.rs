@@ -6,7 +6,7 @@
 //!
 //! Limits: templates have lenses for pipelines of which a document is open, [`MOST`] at most.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -42,8 +42,8 @@ struct Wanted {
 pub(crate) struct Generated {
     title: String,
     text: String,
-    /// For each line of `text`, the URI and range of its origin in a template. `None` if the origin is unknown, or is
-    /// in a file bundled with the module.
+    /// For each line of `text`, the URI and range of its origin in a template, or in the copy of one that is bundled
+    /// with the module. `None` if the origin is unknown.
     lines: Vec<Option<Json>>,
 }
 
@@ -164,14 +164,17 @@ pub(crate) fn execute(workspace: &mut Workspace, argument: Json) -> Result<Gener
 
 fn generated(workspace: &Workspace, wanted: &Wanted, variant: &ProgramVariant) -> Generated {
     let (text, map) = (&variant.module.wgsl, &variant.module.map);
-    let mut start = 0;
+    let (mut start, mut files) = (0, BTreeMap::new());
     let lines = text.split_inclusive('\n').map(|line| {
         // Where the first thing in the line is from.
         let indent = line.len() - line.trim_start().len();
         let place = map.place(start + indent.min(line.len().saturating_sub(1)));
         start += line.len();
-        let place = workspace.location(place?)?;
-        Some(json!({ "uri": place.uri, "range": place.range }))
+        let place = place?;
+        let uri = || workspace.readable(place).map(|location| location.uri);
+        let uri = files.entry(place.file).or_insert_with(uri).clone()?;
+        let range = workspace.encoding.range(workspace.session.sources().get(place.file)?, place);
+        Some(json!({ "uri": uri, "range": range }))
     });
     let lines = lines.collect();
     Generated {

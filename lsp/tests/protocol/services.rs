@@ -210,7 +210,7 @@ fn lens_of_a_template_leads_back_to_its_lines() {
     std::fs::write(&pipeline, document).expect("a file");
     std::fs::write(&template, text).expect("a file");
     let own = [template.clone()];
-    let mut editor = Editor::start_with(&folder, move || session_with(&own), json!({}));
+    let mut editor = Editor::start_with(&folder, move || session_with(&own), json!({ "library": true }));
     editor.open(&pipeline, document);
     editor.open(&template, text);
     let of_template = json!({ "textDocument": { "uri": uri(&template) } });
@@ -227,4 +227,12 @@ fn lens_of_a_template_leads_back_to_its_lines() {
         (&json!(uri(&template)), &json!(4)),
         "{from}"
     );
+    // A line of a template that comes with the module leads to a copy of it.
+    let line = wgsl.lines().position(|line| line.contains("struct Covered")).expect("the line");
+    let from = &shown["lines"][line];
+    let copy = folder.join("library/shaders-templates/lib/fullscreen.wgsl.jinja");
+    assert_eq!(from["uri"], json!(uri(&copy)), "{from}");
+    let copied = std::fs::read_to_string(&copy).expect("a copy");
+    let at = from["range"]["start"]["line"].as_u64().expect("a line") as usize;
+    assert!(copied.lines().nth(at).is_some_and(|line| line.contains("struct Covered")), "{from}");
 }
