@@ -8,6 +8,7 @@ pub(crate) mod codes;
 pub mod files;
 mod library;
 mod options;
+mod orbit;
 pub mod picture;
 mod pipeline;
 #[cfg(feature = "gpu")]

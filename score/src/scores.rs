@@ -65,6 +65,9 @@ impl<'p> Rendered<'p> {
     }
 }
 
+/// The grey values of pixels that are partly lit, 0 to 1.
+const PARTLY_LIT: std::ops::Range<f64> = 0.02..0.98;
+
 /// The combination of truth and picture at one pixel: each is either shadowed or lit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Answer {
@@ -210,6 +213,10 @@ pub struct Scores {
     /// The signed errors of all evaluated pixels, for lights with an extent: positive if the picture is too light,
     /// negative if too dark.
     pub bias: Errors,
+    /// The number of pixels that the picture shows in shadow, wholly or in part.
+    pub darkened: u64,
+    /// The number of these pixels that are partly lit: all but those of hard shadows.
+    pub partly_lit: u64,
     /// The changes of the shadow term since the frame before.
     pub changes: Changes,
 }
@@ -241,9 +248,14 @@ impl Scores {
             if light.contact[at] && light.edge[at] > 0.0 {
                 scores.contact.count(answer);
             }
+            let shown = picture.part(at);
+            if shown < PARTLY_LIT.end {
+                scores.darkened += 1;
+                scores.partly_lit += u64::from(PARTLY_LIT.contains(&shown));
+            }
             if let Some(visible) = &light.visible {
                 let part = f64::from(visible[at]);
-                let difference = picture.part(at) - part;
+                let difference = shown - part;
                 scores.mean_error.count(difference.abs());
                 scores.bias.count(difference);
                 if PENUMBRA.contains(&part) {
@@ -265,6 +277,8 @@ impl Scores {
         self.mean_error.add(&other.mean_error);
         self.penumbra_error.add(&other.penumbra_error);
         self.bias.add(&other.bias);
+        self.darkened += other.darkened;
+        self.partly_lit += other.partly_lit;
         self.changes.add(&other.changes);
     }
 
@@ -276,6 +290,11 @@ impl Scores {
     /// Intersection over union of shadowed pixels over all pixels; `None` if no pixel is shadowed.
     pub fn iou(&self) -> Option<f64> {
         self.band(0).iou()
+    }
+
+    /// The fraction of the shadow's pixels that are partly lit; `None` if the picture has no shadow.
+    pub fn softness(&self) -> Option<f64> {
+        ratio(self.partly_lit, self.darkened)
     }
 }
 

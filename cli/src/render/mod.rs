@@ -1,6 +1,5 @@
 //! `umbragraph render`: one picture or many frames of a scene, and what textures and buffers hold on the way.
 
-mod buffer;
 pub(crate) mod capture;
 mod drawing;
 mod environment;
@@ -15,6 +14,7 @@ mod timings;
 use umbragraph::diagnostic::{Diagnostic, Diagnostics, Place, codes};
 use umbragraph::low_level::camera_path::CameraPath;
 
+use self::capture::LeftOut;
 pub(crate) use self::drawing::{Drawing, Given};
 use self::environment::Environment;
 use self::files::{Animation, Compression, Format};
@@ -89,7 +89,7 @@ fn render(
     session.diagnostics.extend(umbragraph::scene::filter::left_out(&scene, plan));
     session.ensure_fine(&checked)?;
     let environment = Environment::of(arguments.environment.as_deref(), plan)?;
-    let (captures, document) = capture::captures(
+    let (mut captures, mut document) = capture::captures(
         plan,
         &arguments.capture,
         arguments.capture_all.as_deref(),
@@ -99,14 +99,27 @@ fn render(
     if let Some(report) = &mut report {
         report.device = Some(graphics.name.clone());
     }
-    let checked = if document.imports.is_empty() {
-        checked
-    } else {
-        session.included = Some(document.text.clone());
-        progress.stage("check captures", || session.check(&arguments.pipeline, choices))
+    let mut left_out = Vec::new();
+    let without = session.diagnostics.clone();
+    let checked = loop {
+        let with_captures = if document.imports.is_empty() {
+            checked.clone()
+        } else {
+            session.included = Some(document.text.clone());
+            progress.stage("check captures", || session.check(&arguments.pipeline, choices))
+        };
+        let with_captures = session.check_on(&graphics, with_captures, &arguments.pipeline, choices);
+        if session.ensure_fine(&with_captures).is_ok() {
+            break with_captures;
+        }
+        let more = capture::leave_out(plan, &mut captures, &mut document, &session.diagnostics)?;
+        if more.is_empty() {
+            return Err(Diagnostics::new());
+        }
+        session.diagnostics = without.clone();
+        session.included = None;
+        left_out.extend(more);
     };
-    let checked = session.check_on(&graphics, checked, &arguments.pipeline, choices);
-    session.ensure_fine(&checked)?;
     let options = Session::options(&arguments.choices);
     let given = Given { captures: document.imports.clone(), environment };
     let mut drawing = Drawing::new(&graphics, &scene, checked, options, session, given)?;
@@ -147,6 +160,12 @@ fn render(
     }
     let frames = if output.frames > 1 { format!("{} frames of ", output.frames) } else { String::new() };
     let mut said = format!("{}: {frames}{width} by {height} on {}\n", arguments.out.display(), graphics.name);
+    for LeftOut { capture, reason } in left_out {
+        match &mut report {
+            Some(report) if capture.is_reported() => report.leave_out(&capture, &reason),
+            _ => said.push_str(&capture.left_out(&reason)),
+        }
+    }
     if let Some(report) = &mut report {
         report.drawn([width, height], &drawing.shown()?, drawing.timings.as_ref());
     }

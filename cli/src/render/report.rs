@@ -19,8 +19,7 @@ use umbragraph::low_level::CheckReport;
 use umbragraph::low_level::pipeline::TypedPipeline;
 use umbragraph::low_level::report::{Observed, PassReport, Report, page};
 
-use super::buffer::Preview;
-use super::capture::{CaptureFile, Captured, base};
+use super::capture::{CaptureFile, Captured, Preview, base};
 use super::files::{Compression, png_bytes};
 use super::timings::Timings;
 use crate::arguments::RenderArguments;
@@ -97,8 +96,18 @@ impl RunReport {
             }
             (Captured::Bytes(_), None) => Ok(String::new()),
         });
-        let html = shown.unwrap_or_else(|error| format!("<p>not shown: {}</p>", escaped(&error.message)));
-        self.contents.insert(name, html);
+        match shown {
+            Ok(html) => {
+                self.contents.insert(name, html);
+            }
+            Err(error) => self.leave_out(capture, &error.message),
+        }
+    }
+
+    /// Adds the reason why contents are not shown.
+    pub(super) fn leave_out(&mut self, capture: &CaptureFile, reason: &str) {
+        let html = format!("<p>not shown: {}</p>", escaped(reason));
+        self.contents.insert(capture.capture.reference.clone(), html);
     }
 
     fn picture(&mut self, name: &str, size: [u32; 2], rgba: &[u8], remark: &str) -> String {

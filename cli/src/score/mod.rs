@@ -16,10 +16,10 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use serde_json::json;
-use umbragraph::diagnostic::{Diagnostic, Diagnostics, Place, list_of};
+use umbragraph::diagnostic::{Diagnostic, Diagnostics, Place, Severity, list_of};
 use umbragraph_score::{Counts, Limits, Rays, Scores, Seen};
 
-use self::view::View;
+use self::view::{View, casting};
 use crate::answer::{Answer, answer};
 use crate::arguments::ScoreArguments;
 use crate::cache::Cache;
@@ -79,8 +79,16 @@ fn score(
     let (mut triangles, mut bytes) = (0, 0);
     let mut shadowed = BTreeSet::new();
     let mut before: BTreeMap<usize, Seen> = BTreeMap::new();
+    // Rows of pixels from which rays are traced to each light.
+    let mut traced_rows = 0;
     for shot in arguments.shots.all() {
         let input = drawing.input(&path, shot);
+        let rows = casting(&input).count() as u64 * u64::from(choices.size[1]);
+        if traced_rows == 0 {
+            progress.count("tracing rays, row", rows * u64::from(arguments.shots.frames));
+        }
+        progress.reach(traced_rows);
+        traced_rows += rows;
         let pose = drawing.pose().clone();
         let rays = progress.stage("boxes around triangles", || Rays::new(&scene, &pose));
         (triangles, bytes) = (rays.count(), rays.bytes());
@@ -126,7 +134,7 @@ fn score(
         Diagnostic::warning(codes::SCORE, Place::Nowhere, message)
             .help("its scores say so; pipelines/awsm.json takes every kind of light")
     });
-    let left_out: Vec<Diagnostic> = left_out.collect();
+    let mut remarks: Vec<Diagnostic> = left_out.collect();
     if let Some(out) = &arguments.out {
         let [width, height] = choices.size;
         let rows = height * (differences.len() / (4 * width as usize * height as usize)).max(1) as u32;
@@ -135,13 +143,42 @@ fn score(
     drop(drawing);
     // A light that no frame could use has no scores.
     lights.retain(|(_, scores)| scores.band(0).pixels() > 0);
-    session.diagnostics.extend(left_out);
+    remarks.extend(softness(&lights));
+    session.diagnostics.extend(remarks);
     let mut together = Scores::default();
     lights.iter().for_each(|(_, scores)| together.add(scores));
     if let (Some(limits), Some(path)) = (&limits, &arguments.limits) {
         session.diagnostics.extend(broken(limits, path, &together));
     }
     Ok(Scored { adapter: graphics.name.clone(), triangles, bytes, lights, frames, together })
+}
+
+/// The fraction of a shadow's pixels that are partly lit from which on the shadow counts as soft.
+const SOFT: f64 = 0.25;
+
+/// Returns notes about figures that do not suit the filter: hard masks for soft shadows, and the extent of a light for
+/// hard shadows.
+fn softness(lights: &[(String, Scores)]) -> impl Iterator<Item = Diagnostic> {
+    let named = |has: &dyn Fn(&Scores, f64) -> bool| -> Vec<String> {
+        let all = lights.iter().filter_map(|(name, scores)| Some((name, scores, scores.softness()?)));
+        let found = all.filter(|(_, scores, soft)| has(scores, *soft));
+        found.map(|(name, _, soft)| format!("\"{name}\" ({:.0} % partly lit)", 100.0 * soft)).collect()
+    };
+    let soft = named(&|_, soft| soft >= SOFT);
+    let hard = named(&|scores, soft| soft < SOFT && scores.mean_error.mean().is_some());
+    let note = |names: Vec<String>, kind: &str, help: &str| {
+        (!names.is_empty()).then(|| {
+            let message = format!("shadows of {} are {kind}", list_of(names));
+            Diagnostic::warning(codes::SCORE, Place::Nowhere, message).severity(Severity::Note).help(help)
+        })
+    };
+    let of_soft = "soft: IoU, leak and acne compare them with a hard mask, which they cannot match";
+    let of_hard = "hard: the mean error against the light's extent counts the penumbra that they lack";
+    let help_of_soft = "read the mean error of lights with an extent (`tune --score mean-error`), or score a hard filter, \
+                        such as `--feature light_filter=hard` of awsm";
+    let help_of_hard =
+        "read IoU, leak and acne, or score a filter as wide as the light, such as `pcss` of awsm";
+    note(soft, of_soft, help_of_soft).into_iter().chain(note(hard, of_hard, help_of_hard))
 }
 
 pub(crate) fn nothing(message: &str, help: &str) -> Diagnostic {

@@ -1,113 +1,21 @@
 //! `--capture` and `--capture-all`: the textures and buffers that are captured, and the files for them.
 
+mod argument;
+mod buffer;
+
 use std::path::{Path, PathBuf};
 
 use umbragraph::Plan;
-use umbragraph::diagnostic::{Diagnostic, Diagnostics, Place, codes, list_of};
+use umbragraph::diagnostic::{Diagnostic, Diagnostics, Place, codes};
 use umbragraph::executor::Texels;
 use umbragraph::low_level::capture::{self, Capture, CaptureDocument, Wanted};
 use umbragraph::low_level::pipeline::ResourceKind;
 use umbragraph::low_level::sheet::{Content, Sheet, is_volume, sheet};
 
-use super::buffer::BufferCapture;
+pub(crate) use self::argument::CaptureArgument;
+use self::buffer::BufferCapture;
+pub(super) use self::buffer::Preview;
 use super::files::{self, Compression, Format};
-
-/// The value of one `--capture`.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct CaptureArgument {
-    reference: String,
-    mip: u32,
-    layer: Option<u32>,
-    /// The face of a cube map, from 0 (+X) to 5 (−Z); `None` if no face is given.
-    face: Option<u32>,
-    file: PathBuf,
-}
-
-/// The formats of the files that a texture, and a buffer, can be written to.
-const OF_TEXTURES: [(&str, Format); 2] = [(".png", Format::Png), (".exr", Format::Exr)];
-const OF_BUFFERS: [(&str, Format); 2] = [(".json", Format::Json), (".csv", Format::Csv)];
-
-const FACES: [&str; 6] = ["+x", "-x", "+y", "-y", "+z", "-z"];
-
-impl CaptureArgument {
-    /// Parses `RESOURCE[@PASS][:MIP[,LAYER][,FACE]]=FILE`, the value of `--capture`.
-    ///
-    /// # Errors
-    /// A message that describes the invalid part.
-    pub(crate) fn parse(text: &str) -> Result<Self, String> {
-        let (what, file) =
-            text.split_once('=').ok_or("a capture is RESOURCE[@PASS][:MIP,LAYER,FACE]=FILE")?;
-        if file.is_empty() {
-            return Err("the file is missing behind \"=\"".to_owned());
-        }
-        let (reference, part) = what.split_once(':').unwrap_or((what, ""));
-        let mut capture =
-            Self { reference: reference.to_owned(), mip: 0, layer: None, face: None, file: file.into() };
-        let mut numbers = 0;
-        for word in part.split(',').filter(|word| !word.is_empty()) {
-            if let Some(face) = FACES.iter().position(|face| *face == word) {
-                capture.face = Some(face as u32);
-                continue;
-            }
-            let number: u32 = word.parse().map_err(|_| {
-                format!("\"{word}\" is no mip level, layer or face; faces are {}", list_of(FACES))
-            })?;
-            match numbers {
-                0 => capture.mip = number,
-                1 => capture.layer = Some(number),
-                _ => return Err("behind \":\" stand a mip level, a layer and a face".to_owned()),
-            }
-            numbers += 1;
-        }
-        if capture.mip > 31 {
-            return Err(format!("no texture has a mip level {}", capture.mip));
-        }
-        Ok(capture)
-    }
-
-    /// Returns the capture of a buffer, and the format of its file; `None` if no live pass uses the buffer.
-    ///
-    /// # Errors
-    /// A part of a texture, or the file of a picture.
-    fn of_buffer(&self, plan: &Plan) -> Result<Option<(Contents, Format)>, Diagnostic> {
-        let name = base(&self.reference);
-        let wrong = |message: String, help: &str| {
-            Err(Diagnostic::error(codes::CAPTURE, Place::Nowhere, message).help(help))
-        };
-        if self.mip > 0 || self.layer.is_some() || self.face.is_some() {
-            let message = format!("\"{name}\" is a buffer, which has no mip levels, layers or faces");
-            return wrong(message, "leave out what stands behind \":\"");
-        }
-        if Format::of(&self.file).is_some_and(|format| OF_TEXTURES.iter().any(|(_, one)| *one == format)) {
-            let message = format!("\"{name}\" is a buffer, of which there is no picture");
-            return wrong(message, "write a file that ends in .json or .csv");
-        }
-        let format = files::check("--capture", &self.file, &OF_BUFFERS)?;
-        Ok(BufferCapture::new(plan, &self.reference).map(|buffer| (Contents::Buffer(buffer), format)))
-    }
-
-    /// Returns the capture of a texture, and the format of its file.
-    ///
-    /// # Errors
-    /// The face of a texture that is no cube, or a file of another kind.
-    fn of_texture(&self, plan: &Plan) -> Result<Option<(Contents, Format)>, Diagnostic> {
-        let format = files::check("--capture", &self.file, &OF_TEXTURES)?;
-        let name = base(&self.reference);
-        let content =
-            Content::of(plan, &self.reference).or_else(|| Content::of(plan, name)).unwrap_or_default();
-        let layer = match (self.layer, self.face) {
-            (layer, None) => layer,
-            (cube, Some(face)) if content.is_cube => {
-                Some(cube.unwrap_or(0).saturating_mul(6).saturating_add(face))
-            }
-            (_, Some(_)) => {
-                let message = format!("\"{name}\" is no cube, so it has no faces");
-                return Err(Diagnostic::error(codes::CAPTURE, Place::Nowhere, message).help("name a layer"));
-            }
-        };
-        Ok(Some((Contents::Texture { content, layer, is_volume: false }, format)))
-    }
-}
 
 /// What is known of a captured resource before it is read back.
 #[derive(Clone, Debug)]
@@ -139,6 +47,8 @@ pub(super) struct CaptureFile {
     /// The file to write; `None` for the report page.
     file: Option<PathBuf>,
     format: Format,
+    /// Whether the command line names the resource, so that it must be captured.
+    is_named: bool,
 }
 
 /// Returns the captures of a plan, and the document that adds them to its pipeline. `all` is the folder for files of
@@ -157,14 +67,16 @@ pub(super) fn captures(
     for argument in arguments {
         let found = match kind(plan, base(&argument.reference)) {
             Some(ResourceKind::Buffer(_)) => argument.of_buffer(plan),
-            _ => argument.of_texture(plan),
+            Some(_) => argument.of_texture(plan),
+            // The check of names below says what there is.
+            None => Ok(None),
         };
         match found {
-            // The check of names below says why.
             Ok(None) => {}
             Ok(Some((contents, format))) => {
                 let capture = Capture { reference: argument.reference.clone(), mip: argument.mip };
-                captures.push(CaptureFile { capture, contents, file: Some(argument.file.clone()), format });
+                let file = Some(argument.file.clone());
+                captures.push(CaptureFile { capture, contents, file, format, is_named: true });
             }
             Err(diagnostic) => diagnostics.push(diagnostic),
         }
@@ -198,8 +110,48 @@ pub(super) fn captures(
     if diagnostics.has_errors() {
         return Err(diagnostics);
     }
+    let document = document(plan, &captures)?;
+    Ok((captures, document))
+}
+
+fn document(plan: &Plan, captures: &[CaptureFile]) -> Result<CaptureDocument, Diagnostics> {
     let asked: Vec<Capture> = captures.iter().map(|one| one.capture.clone()).collect();
-    Ok((captures, capture::document(plan, &asked, Wanted::All)?))
+    capture::document(plan, &asked, Wanted::All)
+}
+
+/// A capture that the pipeline does not allow, and the reason.
+pub(super) struct LeftOut {
+    pub(super) capture: CaptureFile,
+    pub(super) reason: String,
+}
+
+/// Takes out the captures that nobody named and that errors are about, such as of contents that a pass discards.
+/// Returns them; `document` is then that of the others.
+///
+/// # Errors
+/// As of [`captures`].
+pub(super) fn leave_out(
+    plan: &Plan,
+    captures: &mut Vec<CaptureFile>,
+    document: &mut CaptureDocument,
+    errors: &Diagnostics,
+) -> Result<Vec<LeftOut>, Diagnostics> {
+    let mut left_out = Vec::new();
+    let mut kept = Vec::new();
+    for (capture, import) in captures.drain(..).zip(&document.imports) {
+        let copy = format!("\"{}.copy\"", import.trim_end_matches(".contents"));
+        let error = errors.iter().find(|error| error.message.contains(&copy) && !capture.is_named);
+        match error {
+            Some(error) => {
+                let reason = error.message.replace(&copy, "a capture");
+                left_out.push(LeftOut { capture, reason });
+            }
+            None => kept.push(capture),
+        }
+    }
+    *captures = kept;
+    *document = self::document(plan, captures)?;
+    Ok(left_out)
 }
 
 /// Returns a capture of every texture and buffer after each pass that writes it.
@@ -223,7 +175,7 @@ fn contents_of(plan: &Plan, name: &str, reference: &str) -> Option<CaptureFile> 
         _ => return None,
     };
     let capture = Capture { reference: reference.to_owned(), mip: 0 };
-    Some(CaptureFile { capture, contents, file: None, format })
+    Some(CaptureFile { capture, contents, file: None, format, is_named: false })
 }
 
 fn kind<'p>(plan: &'p Plan, name: &str) -> Option<&'p ResourceKind> {
@@ -237,6 +189,12 @@ pub(super) fn base(reference: &str) -> &str {
 }
 
 impl CaptureFile {
+    /// Returns the line about a capture that is left out.
+    pub(super) fn left_out(&self, reason: &str) -> String {
+        let file = self.file.as_ref().map_or_else(String::new, |file| format!("{}: ", file.display()));
+        format!("{file}{} is left out: {reason}\n", self.capture.reference)
+    }
+
     /// Returns `true` if the capture is for the report page.
     pub(super) fn is_reported(&self) -> bool {
         self.file.is_none()
@@ -333,22 +291,5 @@ impl CaptureFile {
         let layers = if texels.layers > 1 { format!(", {} layers", texels.layers) } else { String::new() };
         let ranges = if shown.is_empty() { String::new() } else { format!(", {}", shown.join(", ")) };
         Ok(format!("{} by {}{layers}{ranges}", texels.width, texels.height))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_capture_is_a_resource_a_version_a_part_and_a_file() {
-        let parsed = CaptureArgument::parse("cubes@points:1,2,-y=a=b.png").unwrap();
-        assert_eq!((parsed.reference.as_str(), parsed.mip, parsed.layer), ("cubes@points", 1, Some(2)));
-        assert_eq!((parsed.face, parsed.file), (Some(3), PathBuf::from("a=b.png")));
-        let parsed = CaptureArgument::parse("maps=x.exr").unwrap();
-        assert_eq!((parsed.mip, parsed.layer, parsed.face), (0, None, None));
-        for wrong in ["maps", "maps=", "maps:up=x.png", "maps:1,2,3=x.png", "maps:99=x.png"] {
-            assert!(CaptureArgument::parse(wrong).is_err(), "{wrong}");
-        }
     }
 }

@@ -9,7 +9,7 @@ use umbragraph::Plan;
 use umbragraph::diagnostic::{Diagnostic, Place, codes, list_of};
 use umbragraph::low_level::buffers::{self, Layout};
 
-use super::capture::base;
+use super::base;
 use crate::replace::replace;
 
 /// The maximum number of scalars that a file holds.
@@ -26,7 +26,7 @@ const LINE: usize = 100;
 
 /// A buffer to capture.
 #[derive(Clone, Debug)]
-pub(super) struct BufferCapture {
+pub(in crate::render) struct BufferCapture {
     reference: String,
     /// The layout in which the contents are written.
     layout: Layout,
@@ -35,13 +35,13 @@ pub(super) struct BufferCapture {
 }
 
 /// The beginning of a buffer for pages.
-pub(super) struct Preview {
+pub(in crate::render) struct Preview {
     /// The type, the passes that declare it, and what is left out.
-    pub(super) about: String,
-    pub(super) columns: Vec<String>,
-    pub(super) rows: Vec<Vec<String>>,
+    pub(in crate::render) about: String,
+    pub(in crate::render) columns: Vec<String>,
+    pub(in crate::render) rows: Vec<Vec<String>>,
     /// The contents as a JSON file.
-    pub(super) json: String,
+    pub(in crate::render) json: String,
 }
 
 impl BufferCapture {
@@ -55,6 +55,18 @@ impl BufferCapture {
         Some(Self { reference: reference.to_owned(), others: others.collect(), layout })
     }
 
+    /// Returns an error if the contents are no table.
+    pub(super) fn ensure_table(&self) -> Result<(), Diagnostic> {
+        buffers::table(&self.layout, &[], 0).map(|_| ()).ok_or_else(|| self.no_table())
+    }
+
+    fn no_table(&self) -> Diagnostic {
+        let (name, label) = (&self.reference, &self.layout.label);
+        let message = format!("\"{name}\" is `{label}`, no array of elements of one size, so it is no table");
+        let help = "write a file that ends in .json";
+        Diagnostic::error(codes::CAPTURE, Place::Nowhere, message).help(help)
+    }
+
     /// Writes the contents as JSON, or as a table. Returns a description of them.
     ///
     /// # Errors
@@ -65,13 +77,7 @@ impl BufferCapture {
             replace(file, text)?;
             return Ok(self.about(bytes, left_out));
         }
-        let Some(table) = buffers::table(&self.layout, bytes, MAX_NUMBERS) else {
-            let (name, label) = (&self.reference, &self.layout.label);
-            let message =
-                format!("\"{name}\" is `{label}`, no array of elements of one size, so it is no table");
-            return Err(Diagnostic::error(codes::CAPTURE, Place::Nowhere, message)
-                .help("write a file that ends in .json"));
-        };
+        let table = buffers::table(&self.layout, bytes, MAX_NUMBERS).ok_or_else(|| self.no_table())?;
         let mut text = table.columns.join(",") + "\n";
         for row in &table.rows {
             text += &row.join(",");
@@ -82,7 +88,7 @@ impl BufferCapture {
     }
 
     /// Returns the first rows and the contents for the report page.
-    pub(super) fn preview(&self, bytes: &[u8]) -> Preview {
+    pub(in crate::render) fn preview(&self, bytes: &[u8]) -> Preview {
         let (json, left_out) = self.json(bytes, MAX_ON_PAGE);
         let mut about = self.about(bytes, left_out);
         let (columns, rows) = match buffers::table(&self.layout, bytes, usize::MAX) {
@@ -139,7 +145,7 @@ impl BufferCapture {
 
 impl Preview {
     /// Returns the description and the rows as lines of text.
-    pub(super) fn text(&self) -> String {
+    pub(in crate::render) fn text(&self) -> String {
         let rows = self.rows.iter().map(|row| row.join(", "));
         let lines: Vec<String> =
             [self.about.clone(), self.columns.join(", ")].into_iter().chain(rows).collect();
