@@ -1,7 +1,8 @@
 //! The path of the camera over the frames, as `--camera` of the command and of the viewer names it.
 //!
-//! `orbit` goes once around what the scene's own camera looks at, or around a point halfway to it if walls stand around
-//! that; it stays before obstacles. Without known obstacles it goes around the middle of the scene. `walk` goes straight on at one height. All frames together go as far as the scene's radius, or up
+//! `orbit` goes once around the middle of the scene, at the height and distance of the scene's own camera. If obstacles
+//! are in the way, it goes around what that camera looks at instead, or around a point halfway to it, and stays before
+//! them. `walk` goes straight on at one height. All frames together go as far as the scene's radius, or up
 //! to the first obstacle. A file gives keys, between which positions are interpolated along a straight line and
 //! directions along an arc:
 //!
@@ -134,13 +135,14 @@ impl CameraPath {
             Self::Scene => scene,
             Self::Orbit => {
                 let turn = DQuat::from_rotation_y(part * std::f64::consts::TAU);
-                match around.and_then(|around| Orbit::new(around, &scene, radius)) {
-                    Some(orbit) => orbit.camera(scene, turn),
-                    None => {
+                let orbit = around.and_then(|around| Orbit::among(around, &scene, middle, radius));
+                orbit.map_or_else(
+                    || {
                         let position = middle + turn * (scene.position - middle);
                         scene.position(position).rotation((turn * scene.rotation).normalize())
-                    }
-                }
+                    },
+                    |orbit| orbit.camera(scene, turn),
+                )
             }
             Self::Walk => {
                 let ahead = scene.rotation * DVec3::NEG_Z;

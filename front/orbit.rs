@@ -20,11 +20,18 @@ impl<'o> Orbit<'o> {
     /// The fraction of the distance within which what the camera looks at lies.
     const CORE: f64 = 0.3;
 
-    /// Returns the orbit around what the camera looks at; `None` if there is nothing within the scene.
-    pub(crate) fn new(around: &'o dyn Obstacles, scene: &Camera, radius: f64) -> Option<Self> {
+    /// Returns an orbit that stays before obstacles. `None` if there are none on the circle around the middle of the
+    /// scene, or the camera looks at nothing within the scene.
+    pub(crate) fn among(
+        around: &'o dyn Obstacles,
+        scene: &Camera,
+        middle: DVec3,
+        radius: f64,
+    ) -> Option<Self> {
+        let usual = Self { around, pivot: middle, offset: scene.position - middle, core: 1.0 };
         let ahead = scene.rotation * DVec3::NEG_Z;
         let reach = around.free(scene.position, ahead, 2.0 * radius);
-        if reach <= 0.0 || reach >= 2.0 * radius {
+        if usual.is_clear() || reach <= 0.0 || reach >= 2.0 * radius {
             return None;
         }
         let whole =

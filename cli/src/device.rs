@@ -175,6 +175,11 @@ impl Graphics {
         flags.contains(wgpu::DownlevelFlags::COMPUTE_SHADERS)
     }
 
+    /// Returns `true` if OpenGL draws.
+    pub(crate) fn is_opengl(&self) -> bool {
+        self.adapter.get_info().backend == Backend::Gl
+    }
+
     /// Returns the target profile of a pipeline on this device: limited to what the device supports, with the device
     /// features that the pipeline can use.
     pub(crate) fn profile(&self, pipeline: &TypedPipeline) -> TargetProfile {

@@ -215,8 +215,12 @@ pub struct Scores {
     pub bias: Errors,
     /// The number of pixels that the picture shows in shadow, wholly or in part.
     pub darkened: u64,
-    /// The number of these pixels that are partly lit: all but those of hard shadows.
+    /// The number of these pixels that are partly lit.
     pub partly_lit: u64,
+    /// The number of partly lit pixels that are more than 2 pixels from a shadow edge, where hard shadows have none.
+    pub partly_lit_off_edges: u64,
+    /// The number of pixels in penumbrae, where a part of a light with an extent is visible.
+    pub in_penumbrae: u64,
     /// The changes of the shadow term since the frame before.
     pub changes: Changes,
 }
@@ -251,13 +255,16 @@ impl Scores {
             let shown = picture.part(at);
             if shown < PARTLY_LIT.end {
                 scores.darkened += 1;
-                scores.partly_lit += u64::from(PARTLY_LIT.contains(&shown));
+                let is_partly_lit = PARTLY_LIT.contains(&shown);
+                scores.partly_lit += u64::from(is_partly_lit);
+                scores.partly_lit_off_edges += u64::from(is_partly_lit && light.edge[at] > 2.0);
             }
             if let Some(visible) = &light.visible {
                 let part = f64::from(visible[at]);
                 let difference = shown - part;
                 scores.mean_error.count(difference.abs());
                 scores.bias.count(difference);
+                scores.in_penumbrae += u64::from(PARTLY_LIT.contains(&part));
                 if PENUMBRA.contains(&part) {
                     scores.penumbra_error.count(difference.abs());
                 }
@@ -279,6 +286,8 @@ impl Scores {
         self.bias.add(&other.bias);
         self.darkened += other.darkened;
         self.partly_lit += other.partly_lit;
+        self.partly_lit_off_edges += other.partly_lit_off_edges;
+        self.in_penumbrae += other.in_penumbrae;
         self.changes.add(&other.changes);
     }
 
@@ -292,9 +301,16 @@ impl Scores {
         self.band(0).iou()
     }
 
-    /// The fraction of the shadow's pixels that are partly lit; `None` if the picture has no shadow.
-    pub fn softness(&self) -> Option<f64> {
-        ratio(self.partly_lit, self.darkened)
+    /// Returns `true` if a tenth of the shadow or more is partly lit off the edges: counts that compare with a hard mask
+    /// then say little.
+    pub fn is_soft(&self) -> bool {
+        10 * self.partly_lit_off_edges >= self.darkened.max(1)
+    }
+
+    /// Returns `true` if penumbrae are more than a tenth of the shadow, and the picture has less than half of them:
+    /// errors against the extent of the light then say little.
+    pub fn lacks_penumbrae(&self) -> bool {
+        10 * self.in_penumbrae > self.darkened && 2 * self.partly_lit < self.in_penumbrae
     }
 }
 

@@ -14,7 +14,7 @@ mod timings;
 use umbragraph::diagnostic::{Diagnostic, Diagnostics, Place, codes};
 use umbragraph::low_level::camera_path::CameraPath;
 
-use self::capture::LeftOut;
+use self::capture::{CaptureFile, LeftOut};
 pub(crate) use self::drawing::{Drawing, Given};
 use self::environment::Environment;
 use self::files::{Animation, Compression, Format};
@@ -100,6 +100,12 @@ fn render(
         report.device = Some(graphics.name.clone());
     }
     let mut left_out = Vec::new();
+    if graphics.is_opengl() {
+        let reason = |capture: &CaptureFile, _: &str| {
+            capture.has_samples(plan).then(|| "OpenGL copies no textures of several samples".to_owned())
+        };
+        left_out = capture::leave_out(plan, &mut captures, &mut document, reason)?;
+    }
     let without = session.diagnostics.clone();
     let checked = loop {
         let with_captures = if document.imports.is_empty() {
@@ -112,11 +118,18 @@ fn render(
         if session.ensure_fine(&with_captures).is_ok() {
             break with_captures;
         }
-        let more = capture::leave_out(plan, &mut captures, &mut document, &session.diagnostics)?;
+        // Such as of contents that a pass discards.
+        let errors = std::mem::replace(&mut session.diagnostics, without.clone());
+        let about = |_: &CaptureFile, copy: &str| {
+            let copy = format!("\"{copy}\"");
+            let error = errors.iter().find(|error| error.message.contains(&copy))?;
+            Some(error.message.replace(&copy, "a capture"))
+        };
+        let more = capture::leave_out(plan, &mut captures, &mut document, about)?;
         if more.is_empty() {
+            session.diagnostics = errors;
             return Err(Diagnostics::new());
         }
-        session.diagnostics = without.clone();
         session.included = None;
         left_out.extend(more);
     };

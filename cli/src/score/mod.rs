@@ -153,32 +153,34 @@ fn score(
     Ok(Scored { adapter: graphics.name.clone(), triangles, bytes, lights, frames, together })
 }
 
-/// The fraction of a shadow's pixels that are partly lit from which on the shadow counts as soft.
-const SOFT: f64 = 0.25;
-
 /// Returns notes about figures that do not suit the filter: hard masks for soft shadows, and the extent of a light for
 /// hard shadows.
 fn softness(lights: &[(String, Scores)]) -> impl Iterator<Item = Diagnostic> {
-    let named = |has: &dyn Fn(&Scores, f64) -> bool| -> Vec<String> {
-        let all = lights.iter().filter_map(|(name, scores)| Some((name, scores, scores.softness()?)));
-        let found = all.filter(|(_, scores, soft)| has(scores, *soft));
-        found.map(|(name, _, soft)| format!("\"{name}\" ({:.0} % partly lit)", 100.0 * soft)).collect()
-    };
-    let soft = named(&|_, soft| soft >= SOFT);
-    let hard = named(&|scores, soft| soft < SOFT && scores.mean_error.mean().is_some());
-    let note = |names: Vec<String>, kind: &str, help: &str| {
+    let note = |has: fn(&Scores) -> bool, message: &str, help: &str| {
+        let names: Vec<String> = lights
+            .iter()
+            .filter(|(_, scores)| scores.darkened > 0 && has(scores))
+            .map(|(name, scores)| {
+                format!("\"{name}\" ({} of {} pixels partly lit)", scores.partly_lit, scores.darkened)
+            })
+            .collect();
         (!names.is_empty()).then(|| {
-            let message = format!("shadows of {} are {kind}", list_of(names));
+            let message = format!("the shadows of {} are {message}", list_of(names));
             Diagnostic::warning(codes::SCORE, Place::Nowhere, message).severity(Severity::Note).help(help)
         })
     };
-    let of_soft = "soft: IoU, leak and acne compare them with a hard mask, which they cannot match";
-    let of_hard = "hard: the mean error against the light's extent counts the penumbra that they lack";
-    let help_of_soft = "read the mean error of lights with an extent (`tune --score mean-error`), or score a hard filter, \
-                        such as `--feature light_filter=hard` of awsm";
-    let help_of_hard =
-        "read IoU, leak and acne, or score a filter as wide as the light, such as `pcss` of awsm";
-    note(soft, of_soft, help_of_soft).into_iter().chain(note(hard, of_hard, help_of_hard))
+    let soft = note(
+        Scores::is_soft,
+        "soft: IoU, leak and acne compare them with a hard mask, which they cannot match",
+        "read the mean error against the extent of the light, or score a hard filter, such as `--feature \
+         light_filter=hard` of awsm",
+    );
+    let hard = note(
+        Scores::lacks_penumbrae,
+        "hard: the mean error against the extent of the light counts the penumbra that they lack",
+        "read IoU, leak and acne, or score a filter as wide as the light, such as `--feature light_filter=pcss` of awsm",
+    );
+    soft.into_iter().chain(hard)
 }
 
 pub(crate) fn nothing(message: &str, help: &str) -> Diagnostic {

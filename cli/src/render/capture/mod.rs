@@ -125,8 +125,8 @@ pub(super) struct LeftOut {
     pub(super) reason: String,
 }
 
-/// Takes out the captures that nobody named and that errors are about, such as of contents that a pass discards.
-/// Returns them; `document` is then that of the others.
+/// Takes out the captures that nobody named and for which there is a `reason`, which is asked with the name of the pass
+/// that copies. Returns them; `document` is then that of the others.
 ///
 /// # Errors
 /// As of [`captures`].
@@ -134,18 +134,14 @@ pub(super) fn leave_out(
     plan: &Plan,
     captures: &mut Vec<CaptureFile>,
     document: &mut CaptureDocument,
-    errors: &Diagnostics,
+    reason: impl Fn(&CaptureFile, &str) -> Option<String>,
 ) -> Result<Vec<LeftOut>, Diagnostics> {
     let mut left_out = Vec::new();
     let mut kept = Vec::new();
     for (capture, import) in captures.drain(..).zip(&document.imports) {
-        let copy = format!("\"{}.copy\"", import.trim_end_matches(".contents"));
-        let error = errors.iter().find(|error| error.message.contains(&copy) && !capture.is_named);
-        match error {
-            Some(error) => {
-                let reason = error.message.replace(&copy, "a capture");
-                left_out.push(LeftOut { capture, reason });
-            }
+        let copy = format!("{}.copy", import.trim_end_matches(".contents"));
+        match reason(&capture, &copy).filter(|_| !capture.is_named) {
+            Some(reason) => left_out.push(LeftOut { capture, reason }),
             None => kept.push(capture),
         }
     }
@@ -189,6 +185,12 @@ pub(super) fn base(reference: &str) -> &str {
 }
 
 impl CaptureFile {
+    /// Returns `true` if the captured texture has several samples a texel.
+    pub(super) fn has_samples(&self, plan: &Plan) -> bool {
+        let resource = plan.resources.get(base(&self.capture.reference));
+        resource.and_then(|resource| resource.size).is_some_and(|size| size.samples > 1)
+    }
+
     /// Returns the line about a capture that is left out.
     pub(super) fn left_out(&self, reason: &str) -> String {
         let file = self.file.as_ref().map_or_else(String::new, |file| format!("{}: ", file.display()));
