@@ -291,7 +291,7 @@ mod tests {
     #[test]
     fn an_orbit_stays_in_a_room_and_goes_around_a_thing() {
         let outside = Bounds { min: DVec3::splat(-50.0), max: DVec3::splat(50.0) };
-        let camera = Camera { position: DVec3::new(0.0, 1.0, 3.5), ..scene() };
+        let camera = scene().position(DVec3::new(0.0, 1.0, 3.5));
         for (room, pivot) in [
             (Room(Vec::new()), DVec3::new(0.0, 1.0, -0.25)),
             (Room(vec![(DVec3::new(0.0, 1.0, 0.0), 0.5)]), DVec3::new(0.0, 1.0, 0.5)),

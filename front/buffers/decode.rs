@@ -290,9 +290,9 @@ mod tests {
 
     #[test]
     fn a_table_has_a_column_for_each_number() {
-        let table = table(&entries(), &bytes(0.1), 100).unwrap();
-        assert_eq!(table.columns, ["place.x", "place.y", "place.z", "count"]);
-        assert_eq!(table.rows, [["1.5", "-2", "0", "7"], ["1.5", "-2", "0.1", "7"]]);
+        let found = table(&entries(), &bytes(0.1), 100).unwrap();
+        assert_eq!(found.columns, ["place.x", "place.y", "place.z", "count"]);
+        assert_eq!(found.rows, [["1.5", "-2", "0", "7"], ["1.5", "-2", "0.1", "7"]]);
         assert_eq!(table(&entries(), &bytes(0.1), 4).map(|table| table.left_out), Some(1));
         let end = Layout { bytes: (4, Some(20)), ..entries() };
         assert_eq!(

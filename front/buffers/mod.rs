@@ -8,7 +8,7 @@ mod decode;
 pub use decode::{Contents, Field, MAX_FIELDS, Table, contents, fields, table};
 
 use crate::Plan;
-use crate::low_level::pipeline::{ResourceKind, Usage, is_of};
+use crate::low_level::pipeline::{IndexRange, ResourceKind, Usage, is_of};
 use crate::low_level::shader::{Scalar, ScalarKind, TypeLayout};
 use crate::work::SlotSource;
 
@@ -48,7 +48,7 @@ pub fn layouts(plan: &Plan, name: &str) -> Vec<Layout> {
             else {
                 continue;
             };
-            let bytes = (buffer.offset(), buffer.range.bytes.map(|run| run.end()));
+            let bytes = (buffer.offset(), buffer.range.bytes.map(IndexRange::end));
             match layouts.iter_mut().find(|known| known.bytes == bytes && known.layout == layout) {
                 Some(known) if known.passes.contains(&pass.name) => {}
                 Some(known) => known.passes.push(pass.name.clone()),

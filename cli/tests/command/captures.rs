@@ -21,7 +21,7 @@ const LIST: &str = r#"{
     "target": { "texture": { "format": "rgba8unorm", "size": "=viewport", "lifetime": "imported" } }
   },
   "passes": {
-    "fill": { "compute": { "shader": "fill.wgsl.jinja", "dispatch_over": "&entries",
+    "fill": { "compute": { "shader": "fill.wgsl.jinja", "workgroups": ["=ceil(count / 64)", 1, 1],
       "bind": { "entries": { "buffer": { "name": "&entries", "contents": "discard" } } } } },
     "keep": { "copy": { "from": { "name": "&entries" }, "to": { "name": "&copied" } } },
     "raise": { "side_effect": true, "compute": { "shader": "raise.wgsl.jinja", "workgroups": [1, 1, 1],
@@ -121,7 +121,14 @@ fn every_buffer_is_captured_with_the_textures() {
     let output = command.current_dir(&folder).output().unwrap();
     assert!(output.status.success(), "{}", text(&output.stderr));
     let page = std::fs::read_to_string(folder.join("page.html")).unwrap();
-    assert!(page.contains(r#"4800000 bytes, array<Entry>\n{\"place\":[0.1,0.5,-2],\"count\":1}"#));
+    let observed = page.split("id=\"observed\">").nth(1).and_then(|rest| rest.split("</script>").next());
+    let observed: Value = serde_json::from_str(observed.unwrap()).unwrap();
+    let rows = observed["buffers"]["entries"].as_str().unwrap();
+    assert!(
+        rows.starts_with("4800000 bytes, array<Entry>\n{\"place\":[0.1,0.5,-2],\"count\":1}\n"),
+        "{rows}"
+    );
+    assert_eq!(rows.lines().count(), 9);
 }
 
 #[test]
