@@ -5,23 +5,25 @@ use crate::frame::Camera;
 use crate::glam::{DQuat, DVec3};
 
 /// A circle of the camera that stays before the obstacles of a scene.
+#[derive(Clone, Copy)]
 pub(crate) struct Orbit<'o> {
     around: &'o dyn Obstacles,
     pivot: DVec3,
     /// The vector from the pivot to the camera without obstacles.
     offset: DVec3,
-    /// The fraction of `offset` from which on obstacles count: before it is what the camera looks at.
+    /// The fraction of `offset` from which on obstacles count: before it is what the camera goes around.
     core: f64,
 }
 
 impl<'o> Orbit<'o> {
     /// The number of directions in which obstacles are looked for.
     const DIRECTIONS: u32 = 48;
-    /// The fraction of the distance within which what the camera looks at lies.
+    /// The fraction of the distance within which what the camera goes around lies.
     const CORE: f64 = 0.3;
 
-    /// Returns an orbit that stays before obstacles. `None` if there are none on the circle around the middle of the
-    /// scene, or the camera looks at nothing within the scene.
+    /// Returns an orbit that stays before obstacles: around the middle of the scene if the camera stands free before it,
+    /// or around what the camera looks at, or around a point halfway to that. `None` if there are no obstacles on the
+    /// circle around the middle, or the camera looks at nothing within the scene.
     pub(crate) fn among(
         around: &'o dyn Obstacles,
         scene: &Camera,
@@ -34,8 +36,11 @@ impl<'o> Orbit<'o> {
         if usual.is_clear() || reach <= 0.0 || reach >= 2.0 * radius {
             return None;
         }
-        let whole =
-            Self { around, pivot: scene.position + ahead * reach, offset: -ahead * reach, core: Self::CORE };
+        let middle = Self { core: Self::CORE, ..usual };
+        if middle.free(DQuat::IDENTITY) > 0.999 && middle.is_clear() {
+            return Some(middle);
+        }
+        let whole = Self { pivot: scene.position + ahead * reach, offset: -ahead * reach, ..middle };
         if whole.is_clear() {
             return Some(whole);
         }
