@@ -64,7 +64,8 @@ pub mod executor {
     pub use umbragraph_graph::executor::DryRun;
     pub use umbragraph_graph::executor::{
         FrameImports, Given, GpuTime, Import, ImportHandle, Importable, ParameterValue, PassCounts,
-        PlanPreparer, PreparedPlan, Statistics, Texels, imported_texture, read_back, read_bytes,
+        PlanPreparer, PreparedPlan, Statistics, Texels, imported_buffer, imported_texture, read_back,
+        read_buffer, read_bytes, read_sample,
     };
 }
 
@@ -87,7 +88,7 @@ pub mod low_level {
     pub use umbragraph_session as session;
 
     #[cfg(feature = "gpu")]
-    pub use crate::front::sheet;
+    pub use crate::front::{buffers, sheet};
     pub use crate::front::{camera_path, files, picture, starter};
 
     /// Compiles a typed pipeline to a plan: render graph, pass order, and memory of resources.

@@ -1,7 +1,8 @@
 //! The path of the camera over the frames, as `--camera` of the command and of the viewer names it.
 //!
-//! `orbit` goes once around the middle of the scene, at the height and distance of the scene's own camera, and above
-//! what lies there. `walk` goes straight on at one height. All frames together go as far as the scene's radius, or up
+//! `orbit` goes once around the middle of the scene, at the height and distance of the scene's own camera. If obstacles
+//! are in the way, it stays before them, and goes around what that camera looks at, or around a point halfway to it, if
+//! the camera does not stand free before the middle. `walk` goes straight on at one height. All frames together go as far as the scene's radius, or up
 //! to the first obstacle. A file gives keys, between which positions are interpolated along a straight line and
 //! directions along an arc:
 //!
@@ -27,6 +28,7 @@ use crate::glam::{DMat3, DQuat, DVec3};
 use crate::low_level::source::Sources;
 
 pub use super::codes::CAMERA_PATH;
+use super::orbit::Orbit;
 
 /// The value of the option `--camera`.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -41,10 +43,8 @@ pub enum CameraArgument {
     File(PathBuf),
 }
 
-/// The obstacles of a scene, as queries for a camera that follows an automatic path.
+/// The obstacles of a scene, as a query for a camera that follows an automatic path.
 pub trait Obstacles {
-    /// Returns the nearest position at or straight above `place` with nothing above it. Coordinates are in metres.
-    fn lifted(&self, place: DVec3) -> DVec3;
     /// Returns how far a camera can move from `from` along `direction`, in metres, at most `distance`.
     fn free(&self, from: DVec3, direction: DVec3, distance: f64) -> f64;
 }
@@ -135,14 +135,14 @@ impl CameraPath {
             Self::Scene => scene,
             Self::Orbit => {
                 let turn = DQuat::from_rotation_y(part * std::f64::consts::TAU);
-                let position = middle + turn * (scene.position - middle);
-                let rotation = (turn * scene.rotation).normalize();
-                let lifted = around.map_or(position, |around| around.lifted(position));
-                // A camera that is lifted goes on looking at what it looked at.
-                let target = position + rotation * DVec3::NEG_Z * middle.distance(position);
-                let key = Key { time: 0.0, position: lifted.into(), target: target.into() };
-                let rotation = if lifted == position { None } else { key.rotation() }.unwrap_or(rotation);
-                scene.position(lifted).rotation(rotation)
+                let orbit = around.and_then(|around| Orbit::among(around, &scene, middle, radius));
+                orbit.map_or_else(
+                    || {
+                        let position = middle + turn * (scene.position - middle);
+                        scene.position(position).rotation((turn * scene.rotation).normalize())
+                    },
+                    |orbit| orbit.camera(scene, turn),
+                )
             }
             Self::Walk => {
                 let ahead = scene.rotation * DVec3::NEG_Z;
@@ -267,6 +267,45 @@ mod tests {
         let half = path.camera(scene(), &bounds(), None, [0.0, 0.5, 0.0]);
         assert!(half.position.abs_diff_eq(DVec3::new(0.0, 2.0, -5.0), 1e-9));
         assert!((half.rotation * DVec3::NEG_Z).abs_diff_eq(DVec3::Z, 1e-9));
+    }
+
+    /// Spheres with these middles and radii, seen from outside, and the room from −4 to 4 around them, seen from inside.
+    struct Room(Vec<(DVec3, f64)>);
+
+    impl Obstacles for Room {
+        fn free(&self, from: DVec3, direction: DVec3, distance: f64) -> f64 {
+            let to_walls = (0..3).map(|axis| {
+                let side = 4.0 * direction[axis].signum();
+                if direction[axis] == 0.0 { f64::INFINITY } else { (side - from[axis]) / direction[axis] }
+            });
+            let to_spheres = self.0.iter().filter_map(|(middle, radius)| {
+                let to = *middle - from;
+                let along = to.dot(direction);
+                let inside = radius * radius - (to.length_squared() - along * along);
+                (inside >= 0.0 && along > 0.0).then(|| along - inside.sqrt())
+            });
+            to_walls.chain(to_spheres).fold(distance, f64::min).max(0.0)
+        }
+    }
+
+    #[test]
+    fn an_orbit_stays_in_a_room_and_goes_around_a_thing() {
+        // The middle of the scene is outside the room.
+        let outside = Bounds { min: DVec3::splat(-20.0), max: DVec3::splat(80.0) };
+        let camera = scene().position(DVec3::new(0.0, 1.0, 3.5));
+        for (room, pivot) in [
+            (Room(Vec::new()), DVec3::new(0.0, 1.0, -0.25)),
+            (Room(vec![(DVec3::new(0.0, 1.0, 0.0), 0.15)]), DVec3::new(0.0, 1.0, 0.15)),
+        ] {
+            for at in 0..16 {
+                let part = f64::from(at) / 16.0;
+                let Camera { position, rotation, .. } =
+                    CameraPath::Orbit.camera(camera, &outside, Some(&room), [0.0, part, 0.0]);
+                assert!(position.abs().max_element() <= 4.0, "{position}");
+                let ahead = (pivot - position).normalize();
+                assert!((rotation * DVec3::NEG_Z).abs_diff_eq(ahead, 1e-9), "{position} looks at {pivot}");
+            }
+        }
     }
 
     #[test]

@@ -1,11 +1,14 @@
 //! The front door: from a file to a plan with [`Library`], [`Pipeline`] and [`Options`], and from
 //! frame to frame with `Renderer`.
 
+#[cfg(feature = "gpu")]
+pub mod buffers;
 pub mod camera_path;
 pub(crate) mod codes;
 pub mod files;
 mod library;
 mod options;
+mod orbit;
 pub mod picture;
 mod pipeline;
 #[cfg(feature = "gpu")]

@@ -78,7 +78,7 @@ pub(crate) fn run(arguments: &CheckArguments) -> bool {
         if session.diagnostics.error_count() == before && !arguments.format.is_data() {
             text.push_str(&summary(path, &covered, &mut session, arguments));
             if arguments.verbose {
-                text.push_str(&remarks::lines(path, &covered));
+                text.push_str(&remarks::lines(path, &arguments.choices.files, &covered));
             }
         }
     }

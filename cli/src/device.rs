@@ -23,6 +23,20 @@ pub(crate) struct Graphics {
 /// # Errors
 /// No adapter, an adapter that provides no device, or an invalid value of an environment variable.
 pub(crate) fn open(named: Option<&str>) -> Result<Graphics, Diagnostic> {
+    let (name, adapter) = choose(named)?;
+    let (device, queue) = request(&name, &adapter)?;
+    Ok(Graphics { device, queue, name, adapter })
+}
+
+/// Returns the name of the adapter that [`open`] takes.
+///
+/// # Errors
+/// No adapter, or an invalid value of an environment variable.
+pub(crate) fn chosen(named: Option<&str>) -> Result<String, Diagnostic> {
+    Ok(choose(named)?.0)
+}
+
+fn choose(named: Option<&str>) -> Result<(String, Adapter), Diagnostic> {
     let wanted = Wanted::new(named)?;
     // OpenGL last: it has less, and it has to be asked only where nothing else is there or it is called by its name.
     let mut adapters = match wanted.backends {
@@ -33,10 +47,8 @@ pub(crate) fn open(named: Option<&str>) -> Result<Graphics, Diagnostic> {
         adapters = found(Backends::all(), &wanted);
     }
     let adapters = named_as(adapters, &wanted)?;
-    let Some((name, adapter)) = adapters.first() else { return Err(nothing(&wanted)) };
     unambiguous(&adapters, &wanted)?;
-    let (device, queue) = request(name, adapter)?;
-    Ok(Graphics { device, queue, name: name.clone(), adapter: adapter.clone() })
+    adapters.into_iter().next().ok_or_else(|| nothing(&wanted))
 }
 
 /// Opens a device on an adapter, with all WebGPU features and limits that the adapter supports.
@@ -161,6 +173,11 @@ impl Graphics {
     pub(crate) fn has_compute(&self) -> bool {
         let flags = self.adapter.get_downlevel_capabilities().flags;
         flags.contains(wgpu::DownlevelFlags::COMPUTE_SHADERS)
+    }
+
+    /// Returns `true` if OpenGL draws.
+    pub(crate) fn is_opengl(&self) -> bool {
+        self.adapter.get_info().backend == Backend::Gl
     }
 
     /// Returns the target profile of a pipeline on this device: limited to what the device supports, with the device

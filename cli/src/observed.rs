@@ -1,7 +1,7 @@
 //! Observations that `graph --format html` shows beside the plan: captures from a folder, and times from a trace.
 //!
-//! A file `NAME.png` is the picture of the resource NAME, `NAME@PASS.png` that of what the pass PASS leaves in it. Of a
-//! trace count the complete events whose names are those of passes, added up in each frame: a pass over many layers has
+//! A file `NAME.png` is the picture of the resource NAME, `NAME@PASS.png` that of what the pass PASS leaves in it. Of
+//! `NAME.json` and `NAME.csv`, captured buffers, the first rows are shown; other JSON is passed over. Of a trace count the complete events whose names are those of passes, added up in each frame: a pass over many layers has
 //! many. The mean of all frames but the first is shown, unless there is only one.
 
 use std::collections::BTreeMap;
@@ -15,6 +15,9 @@ use umbragraph::low_level::report::Observed;
 
 use crate::read::read_file;
 
+/// The number of rows of a buffer that the page shows.
+const ROWS: usize = 8;
+
 const HELP: &str = "write it with `umbragraph render --capture-all FOLDER`, or `--trace FILE.json`";
 
 /// Reads the captured pictures from a folder and the pass times from a trace; both are optional.
@@ -22,24 +25,45 @@ const HELP: &str = "write it with `umbragraph render --capture-all FOLDER`, or `
 /// # Errors
 /// A folder or a trace that cannot be read.
 pub(crate) fn observed(captures: Option<&Path>, trace: Option<&Path>) -> Result<Observed, Diagnostic> {
-    Ok(Observed {
-        pictures: captures.map(pictures).transpose()?.unwrap_or_default(),
-        times: trace.map(times).transpose()?.unwrap_or_default(),
-    })
+    let mut observed = Observed::default();
+    if let Some(folder) = captures {
+        read_captures(folder, &mut observed)?;
+    }
+    observed.times = trace.map(times).transpose()?.unwrap_or_default();
+    Ok(observed)
 }
 
-fn pictures(folder: &Path) -> Result<BTreeMap<String, String>, Diagnostic> {
+/// Adds the captured pictures and buffers in a folder.
+fn read_captures(folder: &Path, observed: &mut Observed) -> Result<(), Diagnostic> {
     let unreadable = |error: std::io::Error| unreadable(folder, &error.to_string());
-    let mut pictures = BTreeMap::new();
     for entry in std::fs::read_dir(folder).map_err(unreadable)? {
         let path = entry.map_err(unreadable)?.path();
-        let Some(name) = path.file_name().and_then(|name| name.to_str()?.strip_suffix(".png")) else {
-            continue;
-        };
-        let bytes = read(&path)?;
-        pictures.insert(name.to_owned(), format!("data:image/png;base64,{}", STANDARD.encode(&bytes)));
+        let name = path.file_name().and_then(|name| name.to_str()?.rsplit_once('.'));
+        let Some((name, extension @ ("png" | "json" | "csv"))) = name else { continue };
+        let (name, bytes) = (name.to_owned(), read(&path)?);
+        if extension == "png" {
+            observed.pictures.insert(name, format!("data:image/png;base64,{}", STANDARD.encode(&bytes)));
+        } else if let Some(rows) = rows(extension, &bytes) {
+            observed.buffers.insert(name, rows);
+        }
     }
-    Ok(pictures)
+    Ok(())
+}
+
+/// Returns the first rows of a captured buffer as text; `None` for JSON of another kind.
+fn rows(extension: &str, bytes: &[u8]) -> Option<String> {
+    let text = std::str::from_utf8(bytes).ok()?;
+    if extension == "csv" {
+        return Some(text.lines().take(ROWS + 1).collect::<Vec<_>>().join("\n"));
+    }
+    let json: serde_json::Value = serde_json::from_str(text).ok()?;
+    let first = format!("{} bytes, {}", json.get("bytes")?, json.get("type")?.as_str()?);
+    let contents = json.get("contents")?;
+    let rows: Vec<String> = match contents.as_array() {
+        Some(rows) => rows.iter().take(ROWS).map(ToString::to_string).collect(),
+        None => format!("{contents:#}").lines().take(2 * ROWS).map(str::to_owned).collect(),
+    };
+    Some(format!("{first}\n{}", rows.join("\n")))
 }
 
 fn times(trace: &Path) -> Result<BTreeMap<String, [f64; 2]>, Diagnostic> {

@@ -36,8 +36,9 @@ impl Progress {
         result
     }
 
-    /// Begins a stage of `steps` steps, which [`Self::advance`] counts.
-    pub(crate) fn begin(&mut self, name: &'static str, steps: u64) {
+    /// Shows the number of done steps of `steps` and the time left. Stages that run meanwhile count the steps by
+    /// [`Self::counter`].
+    pub(crate) fn count(&self, name: &'static str, steps: u64) {
         if let Some(line) = &self.line {
             if steps > 1 {
                 line.set_style(
@@ -50,6 +51,30 @@ impl Progress {
             }
             line.set_message(name);
         }
+    }
+
+    /// Returns a function that counts steps, on any thread.
+    #[cfg(feature = "score")]
+    pub(crate) fn counter(&self) -> impl Fn(u64) + Sync + use<> {
+        let line = self.line.clone();
+        move |steps| {
+            if let Some(line) = line.as_ref().filter(|line| line.length().is_some()) {
+                line.inc(steps);
+            }
+        }
+    }
+
+    /// Shows that `steps` steps are done, those that [`Self::counter`] did not count among them.
+    #[cfg(feature = "score")]
+    pub(crate) fn reach(&self, steps: u64) {
+        if let Some(line) = &self.line {
+            line.set_position(steps);
+        }
+    }
+
+    /// Begins a stage of `steps` steps, which [`Self::advance`] counts.
+    pub(crate) fn begin(&mut self, name: &'static str, steps: u64) {
+        self.count(name, steps);
         if steps > 0 {
             self.stages.push((name, Duration::ZERO));
         }

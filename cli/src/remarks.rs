@@ -2,9 +2,11 @@
 //! `permutations`.
 
 use std::fmt::Write as _;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use umbragraph::low_level::session::Surveyed;
+
+use crate::arguments::Files;
 
 /// The maximum number of names in a line.
 const NAMES: usize = 8;
@@ -16,8 +18,12 @@ pub(crate) fn left(covered: &Surveyed) -> u64 {
     u64::try_from(reachable.number.saturating_sub(checked)).unwrap_or(u64::MAX)
 }
 
-/// Returns the remarks on a pipeline, one indented line for each; empty if there are none.
-pub(crate) fn lines(path: &Path, covered: &Surveyed) -> String {
+/// The greatest number of configurations that is printed digit by digit.
+const COUNTED: u64 = 1_000_000_000;
+
+/// Returns the remarks on a pipeline, one indented line for each; empty if there are none. `files` are the options that
+/// the commands in the remarks need as well.
+pub(crate) fn lines(path: &Path, files: &Files, covered: &Surveyed) -> String {
     let remarks = &covered.coverage.remarks;
     let mut text = String::new();
     let culled = remarks.culled.iter().map(|(_, reason)| reason.clone());
@@ -32,16 +38,31 @@ pub(crate) fn lines(path: &Path, covered: &Surveyed) -> String {
     let left = left(covered);
     if left > 0 {
         let exact = covered.reachable.is_some_and(|reachable| reachable.exact);
-        let min = if exact { "" } else { "at least " };
+        let number = match left {
+            COUNTED.. => format!("more than 10^{}", left.ilog10()),
+            left if exact => left.to_string(),
+            left => format!("at least {left}"),
+        };
+        let options = options(files);
         let _ = writeln!(
             text,
-            "  not checked: {min}{left} configurations with other values of parameters that reach other shaders or \
-             passes; `umbragraph permutations {path}` proves their shaders, and `umbragraph check {path} --set \
-             NAME=VALUE` the plan of one",
+            "  not checked: {number} configurations with other values of parameters that reach other shaders or \
+             passes; `umbragraph permutations {path}{options}` proves their shaders, and `umbragraph check \
+             {path}{options} --set NAME=VALUE` the plan of one",
             path = path.display()
         );
     }
     text
+}
+
+/// Returns the options for files as on the command line, with a space before each.
+fn options(files: &Files) -> String {
+    let named = |name: &'static str, paths: &[PathBuf]| -> String {
+        paths.iter().map(|path| format!(" {name} {}", path.display())).collect()
+    };
+    named("--extension", &files.extension)
+        + &named("--templates", files.templates.as_slice())
+        + &named("--root", &files.root)
 }
 
 fn list(text: &mut String, what: &str, between: &str, names: impl ExactSizeIterator<Item = String>) {

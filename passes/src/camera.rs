@@ -95,6 +95,7 @@ pub fn shape() -> DataShape {
         .value("far", ValueType::F32, "the distance of the far plane along the view axis; 1e30 where there is none")
         .value("aspect", ValueType::F32, "width over height")
         .value("time", ValueType::F32, "seconds since some start of the host's")
+        .value("time_step", ValueType::F32, "seconds since the frame before; 0 in the first frame")
         .value("orthographic", ValueType::U32, "1 for an orthographic camera, else 0")
         .value("reverse", ValueType::U32, "1 where depth runs from 1 to 0, else 0")
         .value("frame_index", ValueType::U32, "counts frames, modulo 2³²")
@@ -124,17 +125,17 @@ struct RunCamera {
     jitter: u32,
 }
 
-/// The camera of the last frame with its frame index, and the camera of the frame before; neither has jitter.
+/// The camera and the time of the last frame with its frame index, and those of the frame before; no camera has jitter.
 #[derive(Default)]
 struct Frames {
-    last: Option<(u64, Lens)>,
-    before: Option<Lens>,
+    last: Option<(u64, (Lens, f64))>,
+    before: Option<(Lens, f64)>,
 }
 
 impl Frames {
-    /// Records the camera of frame `index`, and returns the camera of the frame before. In the first frame it returns
-    /// `now`.
-    fn advance(&mut self, index: u64, now: Lens) -> Lens {
+    /// Records the camera and the time of frame `index`, and returns those of the frame before. In the first frame it
+    /// returns `now`.
+    fn advance(&mut self, index: u64, now: (Lens, f64)) -> (Lens, f64) {
         if self.last.is_none_or(|(last, _)| last != index) {
             self.before = self.last.map(|(_, last)| last);
         }
@@ -157,11 +158,12 @@ impl CpuNode for RunCamera {
         let aside = DMat4::from_translation(jitter.extend(0.0));
         let lens = Lens::of(&context.frame.camera, self.reverse);
         let moved = lens.map(|lens| (lens, lens.moved(&aside)));
-        let (before, lens) = match moved.filter(|(_, lens)| lens.is_finite()) {
-            Some((now, lens)) => (frames.advance(index, now), lens),
+        let time = Some(context.frame.time).filter(|time| (*time as f32).is_finite()).unwrap_or_default();
+        let ((before, time_before), lens) = match moved.filter(|(_, lens)| lens.is_finite()) {
+            Some((now, lens)) => (frames.advance(index, (now, time)), lens),
             None => {
                 *frames = Frames::default();
-                (Lens::identity(), Lens::identity())
+                ((Lens::identity(), time), Lens::identity())
             }
         };
         lens.publish(self.reverse, data);
@@ -174,8 +176,9 @@ impl CpuNode for RunCamera {
         data.set_matrix("previous_clip_from_clip", &from_clip);
         data.set_vec3("previous_position", before.camera.position.as_vec3());
         data.set_f32s("jitter", [jitter.x as f32, jitter.y as f32]);
-        let time = context.frame.time as f32;
-        data.set_f32("time", if time.is_finite() { time } else { 0.0 });
+        data.set_f32("time", time as f32);
+        let step = (time - time_before).clamp(f32::MIN.into(), f32::MAX.into());
+        data.set_f32("time_step", step as f32);
         // Whatever counts frames wraps around.
         data.set_u32("frame_index", context.frame.index as u32);
     }
@@ -423,6 +426,17 @@ mod tests {
         assert_eq!(before(&frames(&node, &mut state, camera(4.0), 9)), 3.0);
         frames(&node, &mut state, camera(f64::NAN), 10);
         assert_eq!(before(&frames(&node, &mut state, camera(5.0), 11)), 5.0);
+    }
+
+    #[test]
+    fn the_time_step_is_that_between_two_frames() {
+        let mut state = Frames::default();
+        let lens = Lens::identity();
+        let mut step = |index, time| time - state.advance(index, (lens, time)).1;
+        assert_eq!(
+            [(3, 10.0), (4, 10.5), (4, 10.5), (5, 12.0)].map(|(at, time)| step(at, time)),
+            [0.0, 0.5, 0.5, 1.5]
+        );
     }
 
     #[test]

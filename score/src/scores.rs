@@ -65,6 +65,9 @@ impl<'p> Rendered<'p> {
     }
 }
 
+/// The grey values of pixels that are partly lit, 0 to 1.
+const PARTLY_LIT: std::ops::Range<f64> = 0.02..0.98;
+
 /// The combination of truth and picture at one pixel: each is either shadowed or lit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Answer {
@@ -210,6 +213,12 @@ pub struct Scores {
     /// The signed errors of all evaluated pixels, for lights with an extent: positive if the picture is too light,
     /// negative if too dark.
     pub bias: Errors,
+    /// The number of pixels that the picture shows in shadow, wholly or in part.
+    pub darkened: u64,
+    /// The number of these pixels that are partly lit.
+    pub partly_lit: u64,
+    /// The number of pixels in penumbrae, where a part of a light with an extent is visible.
+    pub in_penumbrae: u64,
     /// The changes of the shadow term since the frame before.
     pub changes: Changes,
 }
@@ -241,11 +250,17 @@ impl Scores {
             if light.contact[at] && light.edge[at] > 0.0 {
                 scores.contact.count(answer);
             }
+            let shown = picture.part(at);
+            if shown < PARTLY_LIT.end {
+                scores.darkened += 1;
+                scores.partly_lit += u64::from(PARTLY_LIT.contains(&shown));
+            }
             if let Some(visible) = &light.visible {
                 let part = f64::from(visible[at]);
-                let difference = picture.part(at) - part;
+                let difference = shown - part;
                 scores.mean_error.count(difference.abs());
                 scores.bias.count(difference);
+                scores.in_penumbrae += u64::from(PARTLY_LIT.contains(&part));
                 if PENUMBRA.contains(&part) {
                     scores.penumbra_error.count(difference.abs());
                 }
@@ -265,6 +280,9 @@ impl Scores {
         self.mean_error.add(&other.mean_error);
         self.penumbra_error.add(&other.penumbra_error);
         self.bias.add(&other.bias);
+        self.darkened += other.darkened;
+        self.partly_lit += other.partly_lit;
+        self.in_penumbrae += other.in_penumbrae;
         self.changes.add(&other.changes);
     }
 
@@ -276,6 +294,18 @@ impl Scores {
     /// Intersection over union of shadowed pixels over all pixels; `None` if no pixel is shadowed.
     pub fn iou(&self) -> Option<f64> {
         self.band(0).iou()
+    }
+
+    /// Returns `true` if two fifths of the shadow or more are partly lit: counts that compare with a hard mask then say
+    /// little. A single comparison that is filtered bilinearly stays below, also where shadows are thin.
+    pub fn is_soft(&self) -> bool {
+        5 * self.partly_lit >= 2 * self.darkened.max(1)
+    }
+
+    /// Returns `true` if penumbrae are more than a tenth of the shadow, and the picture has less than half of them:
+    /// errors against the extent of the light then say little.
+    pub fn lacks_penumbrae(&self) -> bool {
+        10 * self.in_penumbrae > self.darkened && 2 * self.partly_lit < self.in_penumbrae
     }
 }
 

@@ -130,19 +130,43 @@ impl<'r> Truth<'r> {
 
     /// Traces rays from the surface point of each pixel to a light; `None` for a light with invalid values.
     pub fn light(&self, light: &Light) -> Option<LightTruth> {
+        self.light_by_rows(light, &|| {})
+    }
+
+    /// Traces rays as [`Self::light`] does. Calls `row` once for each row of the image when the most of its rays are
+    /// traced, from any thread and in any order.
+    pub fn light_by_rows(&self, light: &Light, row: &(dyn Fn() + Sync)) -> Option<LightTruth> {
         let source = Source::of(light)?;
-        let pixels = (0..self.pixels()).into_par_iter();
-        let lit: Vec<bool> = pixels
-            .map(|pixel| self.points[pixel].is_none_or(|point| self.is_lit(&point, &source, DVec2::ZERO)))
-            .collect();
-        let visible = source.has_extent().then(|| self.visible(&source));
+        let is_lit = |point: &Option<Point>| {
+            point.as_ref().is_none_or(|point| self.is_lit(point, &source, DVec2::ZERO))
+        };
+        let nothing = || {};
+        // Samples of an extent take most of the time.
+        let (of_lit, of_visible): (&(dyn Fn() + Sync), _) =
+            if source.has_extent() { (&nothing, row) } else { (row, &nothing as &(dyn Fn() + Sync)) };
+        let lit: Vec<bool> = self.by_rows(of_lit, is_lit);
+        let visible = source.has_extent().then(|| self.visible(&source, of_visible));
         let contact = self.contact(&source, &lit);
         let evaluated = self.evaluated(&source);
         let edge = distances(&self.edges(&source, &lit), self.size);
         Some(LightTruth { lit, visible, evaluated, edge, contact })
     }
 
-    fn visible(&self, source: &Source) -> Vec<f32> {
+    /// Computes a value for the point of each pixel, and calls `row` after each row.
+    fn by_rows<T: Send>(
+        &self,
+        row: &(dyn Fn() + Sync),
+        value: impl Fn(&Option<Point>) -> T + Sync,
+    ) -> Vec<T> {
+        let values = |points: &[Option<Point>]| {
+            let values: Vec<T> = points.par_iter().map(&value).collect();
+            row();
+            values
+        };
+        self.points.par_chunks((self.size[0] as usize).max(1)).flat_map(values).collect()
+    }
+
+    fn visible(&self, source: &Source, row: &(dyn Fn() + Sync)) -> Vec<f32> {
         let part = |point: &Point| {
             let count = |range: std::ops::Range<u32>| {
                 range.filter(|index| self.is_lit(point, source, disc_sample(*index))).count() as u32
@@ -153,7 +177,7 @@ impl<'r> Truth<'r> {
             }
             (few + count(SAMPLES[0]..SAMPLES[1])) as f32 / SAMPLES[1] as f32
         };
-        self.points.par_iter().map(|point| point.as_ref().map_or(1.0, part)).collect()
+        self.by_rows(row, |point| point.as_ref().map_or(1.0, part))
     }
 
     fn contact(&self, source: &Source, lit: &[bool]) -> Vec<bool> {

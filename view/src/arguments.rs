@@ -53,7 +53,7 @@ pub(crate) struct Arguments {
     /// The folder for screenshots, clips, parameter files and camera paths.
     #[arg(long, value_name = "FOLDER", default_value = ".")]
     pub(crate) out: PathBuf,
-    /// Writes the state of the window to a file as a line of JSON whenever the state changes, for tests.
+    /// Writes the state of the window to a new file as a line of JSON whenever the state changes, for tests.
     #[arg(long, value_name = "FILE")]
     pub(crate) log_state: Option<PathBuf>,
 }

@@ -12,9 +12,8 @@ use std::sync::mpsc::{Receiver, channel};
 use eframe::egui;
 use eframe::egui_wgpu::RenderState;
 use serde_json::{Map, Value, json};
-use umbragraph::diagnostic::{Diagnostic, Place, codes};
-use umbragraph::executor::{Texels, imported_texture, read_back};
-use umbragraph::low_level::capture::{self, Capture};
+use umbragraph::executor::{Texels, imported_texture, read_back, read_buffer, read_sample};
+use umbragraph::low_level::capture::{self, Capture, Wanted};
 use umbragraph::low_level::expression;
 use umbragraph::low_level::source::Sources;
 use umbragraph::{Error, Frame, Library, Options, Plan, Setting, wgpu};
@@ -22,7 +21,6 @@ use umbragraph::{Error, Frame, Library, Options, Plan, Setting, wgpu};
 use crate::buffers::size_of;
 use crate::bytes;
 use crate::guard::guarded;
-use crate::samples;
 use crate::stage::{Stage, error_of};
 use crate::targets::MORE;
 use crate::tiles::{self, Tile};
@@ -185,17 +183,17 @@ impl Stage {
         }
         let running = executor.set_plan(planned.of.clone()).and_then(|()| self.values.set_live(executor));
         recorded.and(running)?;
-        let failed = |message| error_of(Diagnostic::error(codes::CAPTURE, Place::Nowhere, message));
         let texels = contents.iter().map(|texture| {
             if texture.sample_count() > 1 {
-                let read = samples::read(&state.device, &state.queue, texture, sample);
-                return read.map(Captured::Texels).map_err(failed);
+                let read = pollster::block_on(read_sample(&state.device, &state.queue, texture, sample));
+                return read.map(Captured::Texels).map_err(error_of);
             }
             let read = pollster::block_on(read_back(&state.device, &state.queue, texture));
             read.map(Captured::Texels).map_err(error_of)
         });
         let bytes = buffers.iter().zip(&planned.request.captures).map(|(buffer, capture)| {
-            let bytes = bytes::of_buffer(&state.device, &state.queue, buffer).map_err(failed)?;
+            let bytes =
+                pollster::block_on(read_buffer(&state.device, &state.queue, buffer)).map_err(error_of)?;
             Ok(match extent(&planned.of, capture).filter(|_| planned.request.is_stencil) {
                 Some(extent) => Captured::Texels(bytes::stencil(&bytes, extent)),
                 None => Captured::Bytes(bytes),
@@ -254,8 +252,8 @@ fn planned(library: &Library, pipeline: &Path, of: Arc<Plan>, request: Request) 
     let (mut text, imports) = match copies {
         Some(copies) => buffer_document(captures, copies),
         None => {
-            let document =
-                capture::copies(&of, captures).map_err(|found| Error::new(found, &Sources::new()))?;
+            let document = capture::document(&of, captures, Wanted::All)
+                .map_err(|found| Error::new(found, &Sources::new()))?;
             (serde_json::from_str(&document.text).unwrap_or_default(), document.imports)
         }
     };

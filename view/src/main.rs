@@ -28,7 +28,6 @@ mod notices;
 mod output;
 mod parameters;
 mod places;
-mod samples;
 mod save;
 mod stage;
 mod start;

@@ -22,8 +22,14 @@ impl Places {
     /// Creates the log file, if a path is given.
     ///
     /// # Errors
-    /// The file cannot be created.
+    /// The file cannot be created, or holds something already: a log cannot take the place of a file as a whole, as
+    /// other outputs do.
     pub(crate) fn new(path: Option<&Path>) -> std::io::Result<Self> {
+        let is_full = |path: &Path| path.metadata().is_ok_and(|known| known.is_file() && known.len() > 0);
+        if let Some(path) = path.filter(|path| is_full(path)) {
+            let message = format!("\"{}\" is not empty; name a new file, or remove it", path.display());
+            return Err(std::io::Error::new(std::io::ErrorKind::AlreadyExists, message));
+        }
         let file = path.map(File::create).transpose()?;
         Ok(Self { file, rects: BTreeMap::new(), last: String::new() })
     }
@@ -59,5 +65,22 @@ impl Places {
             }
             self.last = line;
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_log_never_replaces_a_file_that_holds_something() {
+        let path = std::env::temp_dir().join(format!("umbragraph-places-{}", std::process::id()));
+        std::fs::write(&path, "{}").unwrap();
+        let refused = Places::new(Some(&path)).err().expect("the file holds something").to_string();
+        assert!(refused.contains("is not empty; name a new file"), "{refused}");
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), "{}");
+        std::fs::write(&path, "").unwrap();
+        assert!(Places::new(Some(&path)).is_ok_and(|places| places.is_on()));
+        std::fs::remove_file(&path).unwrap();
     }
 }

@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use umbragraph::Plan;
 use umbragraph::diagnostic::Diagnostics;
 use umbragraph::executor::Texels;
-use umbragraph::low_level::capture::{self, Capture};
+use umbragraph::low_level::capture::{self, Capture, Wanted};
 use umbragraph::low_level::sheet::{Content, Range, Sheet, sheet};
 use wasm_bindgen::prelude::wasm_bindgen;
 
@@ -92,7 +92,7 @@ impl Extended {
     /// Diagnostics if the texture cannot be captured.
     pub(crate) fn new(plan: &Plan, path: &str, reference: &str, mip: u32) -> Result<Self, Diagnostics> {
         let capture = Capture { reference: reference.to_owned(), mip };
-        let document = capture::document(plan, &[capture])?;
+        let document = capture::document(plan, &[capture], Wanted::Pictures)?;
         let mut text: Value = serde_json::from_str(&document.text).unwrap_or_default();
         let (folder, file) = path.rsplit_once('/').map_or(("", path), |(folder, file)| (folder, file));
         text["format"] = json!(1);

@@ -45,15 +45,17 @@ pub(crate) struct RenderArguments {
     pub(crate) frames: Option<u32>,
     #[command(flatten)]
     pub(crate) film: Film,
-    /// Writes the content of a texture after the last frame to a .png, or as numbers to an .exr. @PASS selects the
-    /// version that the pass wrote; a mip level, a layer and a face select a part.
+    /// Writes the content of a texture after the last frame to a .png, or as numbers to an .exr; of a buffer, as its
+    /// shader declares it, to a .json or .csv. @PASS selects the version that the pass wrote; a mip level, a layer and
+    /// a face select a part.
     #[arg(long, value_name = "RESOURCE[@PASS][:MIP,LAYER,FACE]=FILE", value_parser = CaptureArgument::parse)]
     pub(crate) capture: Vec<CaptureArgument>,
-    /// Writes the content of every texture after the last frame to a folder, which is made if it does not exist.
+    /// Writes the content of every texture and buffer after the last frame to a folder, which is made if it does not
+    /// exist.
     #[arg(long, value_name = "FOLDER")]
     pub(crate) capture_all: Option<PathBuf>,
-    /// Writes an HTML page about the run into a folder, for a bug report. It shows the frame, the graph, inputs and
-    /// outputs of every pass, times, memory, diagnostics and parameters.
+    /// Writes an HTML page about the run into a folder, for a bug report, also if the run fails. It shows the frame,
+    /// the graph, inputs and outputs of every pass, times, memory, diagnostics and parameters.
     #[arg(long, value_name = "FOLDER")]
     pub(crate) report: Option<PathBuf>,
     /// Prints the CPU and GPU time of each pass: the mean of all frames but the first.

@@ -1,4 +1,4 @@
-//! Pictures to files: PNG, EXR, APNG and GIF, by the extension.
+//! Pictures to files: PNG, EXR, APNG and GIF, by the extension. The formats of captured buffers are checked here, too.
 //!
 //! A file is there whole or not at all: it is written under another name and renamed when it is finished.
 
@@ -16,13 +16,15 @@ use umbragraph::low_level::sheet::Sheet;
 
 use crate::replace::{Unfinished, create, replace, unwritable};
 
-/// The format of a picture file.
+/// The format of a file with a picture, or with the contents of a buffer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Format {
     Png,
     Exr,
     Apng,
     Gif,
+    Json,
+    Csv,
 }
 
 impl Format {
@@ -34,6 +36,8 @@ impl Format {
             "exr" => Some(Self::Exr),
             "apng" => Some(Self::Apng),
             "gif" => Some(Self::Gif),
+            "json" => Some(Self::Json),
+            "csv" => Some(Self::Csv),
             _ => None,
         }
     }
@@ -211,7 +215,9 @@ impl Animation {
                 let delay = (100.0 / rate).round().clamp(1.0, 65535.0) as u16;
                 Ok(Self::Gif { file, encoder: Box::new(encoder), size: [width, height], delay })
             }
-            Format::Png | Format::Exr => Ok(Self::Numbered { path: path.to_owned(), size, compression }),
+            Format::Png | Format::Exr | Format::Json | Format::Csv => {
+                Ok(Self::Numbered { path: path.to_owned(), size, compression })
+            }
         }
     }
 

@@ -2,26 +2,28 @@
 //!
 //! The page needs no network and no other file: frame, diagnostics, parameters and features, times, memory, every pass
 //! with what it reads and writes, and the page of the graph in a frame of its own. Pictures of textures are captures,
-//! made smaller; the graph is that of the pipeline without the copies that make them.
+//! made smaller; buffers are the first rows of theirs; the graph is that of the pipeline without the copies that make
+//! them. A run that fails writes the page with what there is by then.
 //!
-//! Limits: textures of several samples, volumes and buffers have no picture; the page is written only after a run
-//! without errors.
+//! Limits: of textures of several samples sample 0 is shown, of volumes the middle slice.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
-use umbragraph::Plan;
 use umbragraph::diagnostic::{Diagnostic, render};
-use umbragraph::executor::Texels;
 use umbragraph::low_level::CheckReport;
+use umbragraph::low_level::pipeline::TypedPipeline;
 use umbragraph::low_level::report::{Observed, PassReport, Report, page};
 
-use super::capture::CaptureFile;
+use super::capture::{CaptureFile, Captured, Preview, base};
 use super::files::{Compression, png_bytes};
 use super::timings::Timings;
+use crate::arguments::RenderArguments;
+use crate::device;
 use crate::replace::{replace, unwritable};
 use crate::session::Session;
 
@@ -32,105 +34,181 @@ const STYLE: &str = include_str!("report.css");
 
 /// The contents of a report page that are collected during the run.
 pub(super) struct RunReport {
-    report: Report,
-    pictures: BTreeMap<String, String>,
+    folder: PathBuf,
+    /// The name of the adapter; `None` before it is opened.
+    pub(super) device: Option<String>,
+    /// The pipeline that was loaded; `None` after errors in its documents.
+    pipeline: Option<Arc<TypedPipeline>>,
+    /// The plan and the graph without the copies for captures; `None` after errors.
+    report: Option<Report>,
+    /// The last frame as a `data:` URL.
+    frame: Option<String>,
+    /// The table of times.
+    times: Option<String>,
+    /// The HTML of captured contents by reference, such as `NAME@PASS`.
+    contents: BTreeMap<String, String>,
+    observed: Observed,
 }
 
 impl RunReport {
-    /// Begins the report on `checked`, the plan without the copies for captures, and creates the folder; `None` if
-    /// there is no plan.
+    /// Begins a report, and creates its folder.
     ///
     /// # Errors
     /// A folder that cannot be created.
-    pub(super) fn begin(
-        folder: &Path,
-        checked: &CheckReport,
-        session: &Session,
-    ) -> Result<Option<Self>, Diagnostic> {
+    pub(super) fn begin(folder: &Path) -> Result<Self, Diagnostic> {
         std::fs::create_dir_all(folder).map_err(|error| unwritable(folder, &error))?;
-        let (Some(plan), Some(graph)) = (&checked.plan, &checked.graph) else { return Ok(None) };
-        Ok(Some(Self { report: Report::new(plan, graph, session.sources()), pictures: BTreeMap::new() }))
+        Ok(Self {
+            folder: folder.to_owned(),
+            device: None,
+            pipeline: None,
+            report: None,
+            frame: None,
+            times: None,
+            contents: BTreeMap::new(),
+            observed: Observed::default(),
+        })
     }
 
-    /// Adds the picture of a captured texture.
-    pub(super) fn add(&mut self, capture: &CaptureFile, texels: &Texels) {
-        let ([width, height], rgba) = capture.picture(texels);
-        let (size, rgba) = smaller([width, height], &rgba);
-        if let Some(url) = data_url(size, &rgba) {
-            self.pictures.insert(capture.capture.reference.clone(), url);
+    /// Adds the pipeline with its plan and graph, as far as there are any.
+    pub(super) fn checked(&mut self, checked: &CheckReport, session: &Session) {
+        self.pipeline.clone_from(&checked.pipeline);
+        if let (Some(plan), Some(graph)) = (&checked.plan, &checked.graph) {
+            self.report = Some(Report::new(plan, graph, session.sources()));
         }
     }
 
-    /// Writes the page into a folder, and returns a line that names the written file.
+    /// Adds the last frame, as 8-bit RGBA, and the times of the passes.
+    pub(super) fn drawn(&mut self, size: [u32; 2], rgba: &[u8], timings: Option<&Timings>) {
+        self.frame = data_url(size, rgba);
+        self.times = timings.map(Timings::table);
+        self.observed.times = timings.map(Timings::means).unwrap_or_default();
+    }
+
+    /// Adds captured contents, or the reason why there are none.
+    pub(super) fn add(&mut self, capture: &CaptureFile, captured: Result<Captured, Diagnostic>) {
+        let name = capture.capture.reference.clone();
+        let shown = captured.and_then(|captured| match (captured, capture.buffer()) {
+            (Captured::Bytes(bytes), Some(buffer)) => Ok(self.buffer(&name, &buffer.preview(&bytes))),
+            (Captured::Texels { texels, samples }, _) => {
+                let (sheet, content, remark) = capture.sheet(&texels, samples)?;
+                let rgba = sheet.rgba(content, &sheet.ranges(content));
+                Ok(self.picture(&name, [sheet.width, sheet.height], &rgba, &remark))
+            }
+            (Captured::Bytes(_), None) => Ok(String::new()),
+        });
+        match shown {
+            Ok(html) => {
+                self.contents.insert(name, html);
+            }
+            Err(error) => self.leave_out(capture, &error.message),
+        }
+    }
+
+    /// Adds the reason why contents are not shown.
+    pub(super) fn leave_out(&mut self, capture: &CaptureFile, reason: &str) {
+        let html = format!("<p>not shown: {}</p>", escaped(reason));
+        self.contents.insert(capture.capture.reference.clone(), html);
+    }
+
+    fn picture(&mut self, name: &str, size: [u32; 2], rgba: &[u8], remark: &str) -> String {
+        let (size, rgba) = smaller(size, rgba);
+        let Some(url) = data_url(size, &rgba) else { return String::new() };
+        let remark = if remark.is_empty() { String::new() } else { format!("<p>{}</p>", escaped(remark)) };
+        let html = format!("<img alt=\"\" src=\"{url}\">{remark}");
+        self.observed.pictures.insert(name.to_owned(), url);
+        html
+    }
+
+    fn buffer(&mut self, name: &str, preview: &Preview) -> String {
+        let Preview { about, columns, rows, json } = preview;
+        self.observed.buffers.insert(name.to_owned(), preview.text());
+        let row = |tag: &str, cells: &[String]| {
+            let cells: String =
+                cells.iter().map(|cell| format!("<{tag}>{}</{tag}>", escaped(cell))).collect();
+            format!("<tr>{cells}</tr>\n")
+        };
+        let rows: String = rows.iter().map(|cells| row("td", cells)).collect();
+        let (head, file) = (row("th", columns), escaped(&name.replace('@', "_at_")));
+        let url = format!("data:application/json;base64,{}", STANDARD.encode(json));
+        format!(
+            "<p>{} (<a download=\"{file}.json\" href=\"{url}\">JSON</a>)</p>\n<table>\n{head}{rows}</table>\n",
+            escaped(about)
+        )
+    }
+
+    /// Writes the page into the folder, and returns a line that names the written file.
     ///
     /// # Errors
     /// A folder that cannot be written to.
-    pub(super) fn write(
-        &self,
-        folder: &Path,
-        plan: &Plan,
-        frame: &[u8],
-        timings: Option<&Timings>,
-        (session, device): (&Session, &str),
-    ) -> Result<String, Diagnostic> {
-        let observed = Observed {
-            pictures: self.pictures.clone(),
-            times: timings.map(Timings::means).unwrap_or_default(),
+    pub(super) fn write(&self, session: &Session, arguments: &RenderArguments) -> Result<String, Diagnostic> {
+        let name = match &self.report {
+            Some(report) => report.pipeline.clone(),
+            None => arguments.pipeline.display().to_string(),
         };
-        let graph = page(&self.report, None, &observed);
-        let name = escaped(&self.report.pipeline);
+        let name = escaped(&name);
         let mut html = format!(
             "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" content=\"width=device-width\">\n\
              <title>{name}: a run</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<h1>{name}</h1>\n"
         );
         let mut add = |text: String| html.push_str(&text);
-        let [width, height] = plan.viewport;
+        let [width, height] = arguments.choices.size;
         let version = env!("CARGO_PKG_VERSION");
-        let profile = &plan.pipeline.profile.name;
+        // A run that failed before a device was opened names the adapter that it would have used.
+        let device =
+            self.device.clone().map_or_else(|| device::chosen(arguments.drawn.adapter.as_deref()), Ok);
+        let device = device.unwrap_or_else(|_| "no adapter".to_owned());
+        let profile = self.pipeline.as_ref().map(|pipeline| format!(", profile {}", pipeline.profile.name));
         add(format!(
-            "<p>{width} by {height} on {}, profile {}, umbragraph {version}</p>\n<p><code>{}</code></p>\n",
-            escaped(device),
-            escaped(profile),
+            "<p>{width} by {height} on {}{}, umbragraph {version}</p>\n<p><code>{}</code></p>\n",
+            escaped(&device),
+            escaped(&profile.unwrap_or_default()),
             escaped(&command_line())
         ));
-        if let Some(url) = data_url(plan.viewport, frame) {
+        if session.diagnostics.has_errors() {
+            add("<p><b>The run failed.</b> The page shows what there is.</p>\n".to_owned());
+        }
+        if let Some(url) = &self.frame {
             add(format!("<h2>Frame</h2>\n<img class=\"frame\" alt=\"the frame\" src=\"{url}\">\n"));
         }
         let said = render::human_all(&session.diagnostics, session.sources());
         let said = if said.is_empty() { "none\n".to_owned() } else { said };
         add(format!("<h2>Diagnostics</h2>\n<pre>{}</pre>\n", escaped(&said)));
-        add(settings(plan));
-        if let Some(timings) = timings {
-            add(format!("<h2>Times</h2>\n<pre>{}</pre>\n", escaped(&timings.table())));
+        if let Some(pipeline) = &self.pipeline {
+            add(settings(pipeline));
         }
-        let memory = &self.report.memory;
-        add(format!(
-            "<h2>Memory</h2>\n{}",
-            table(
-                ["", "bytes"],
-                [
-                    ["without aliasing".to_owned(), memory.without_aliasing.to_string()],
-                    ["created".to_owned(), memory.created.to_string()],
-                    ["alive at most".to_owned(), memory.peak.to_string()],
-                ]
-            )
-        ));
-        add("<h2>Passes</h2>\n".to_owned());
-        for (column, pass) in self.report.passes.iter().enumerate() {
-            add(self.pass(column, pass));
+        if let Some(times) = &self.times {
+            add(format!("<h2>Times</h2>\n<pre>{}</pre>\n", escaped(times)));
         }
-        add(format!(
-            "<h2>Graph</h2>\n<iframe title=\"the graph\" srcdoc=\"{}\"></iframe>\n</body>\n</html>\n",
-            escaped(&graph)
-        ));
-        let path = folder.join("index.html");
+        if let Some(report) = &self.report {
+            add(self.graph(report));
+        }
+        add("</body>\n</html>\n".to_owned());
+        let path = self.folder.join("index.html");
         replace(&path, html)?;
         Ok(format!("{}: a page of the run\n", path.display()))
     }
 
+    /// Returns the HTML of the plan: memory, passes and graph.
+    fn graph(&self, report: &Report) -> String {
+        let memory = &report.memory;
+        let rows = [
+            ("without aliasing", memory.without_aliasing),
+            ("created", memory.created),
+            ("alive at most", memory.peak),
+        ];
+        let memory = table(["", "bytes"], rows.map(|(name, bytes)| [name.to_owned(), bytes.to_string()]));
+        let passes = (0..).zip(&report.passes).map(|(column, pass)| self.pass(report, column, pass));
+        format!(
+            "<h2>Memory</h2>\n{memory}<h2>Passes</h2>\n{}<h2>Graph</h2>\n<iframe title=\"the graph\" srcdoc=\"{}\"></iframe>\n",
+            passes.collect::<String>(),
+            escaped(&page(report, None, &self.observed))
+        )
+    }
+
     /// Returns the HTML of a pass with its inputs and outputs.
-    fn pass(&self, column: usize, pass: &PassReport) -> String {
-        let reads: BTreeSet<String> = pass.reads.iter().map(|name| self.version(name, column)).collect();
+    fn pass(&self, report: &Report, column: usize, pass: &PassReport) -> String {
+        let before = &report.passes[..column];
+        let reads: BTreeSet<String> = pass.reads.iter().map(|name| version(name, before)).collect();
         let writes = pass.writes.iter().map(|name| format!("{name}@{}", pass.name));
         let state = if pass.live { "kept" } else { "culled" };
         let mut text = format!(
@@ -147,39 +225,30 @@ impl RunReport {
             }
             let _ = write!(text, "<div class=\"row\"><span>{title}</span>");
             for name in names {
-                let picture = self.pictures.get(&name).or_else(|| self.pictures.get(base(&name)));
-                let picture = picture.map(|url| format!("<img alt=\"\" src=\"{url}\">")).unwrap_or_default();
-                let name = escaped(&name);
-                let _ = write!(text, "<figure>{picture}<figcaption>{name}</figcaption></figure>");
+                let shown = self.contents.get(&name).or_else(|| self.contents.get(base(&name)));
+                let (shown, name) = (shown.map_or("", String::as_str), escaped(&name));
+                let _ = write!(text, "<figure>{shown}<figcaption>{name}</figcaption></figure>");
             }
             text.push_str("</div>\n");
         }
         text + "</details>\n"
     }
-
-    /// Returns the version of a resource that a pass reads: `name@PASS` with the last pass before it that writes the
-    /// resource.
-    fn version(&self, name: &str, column: usize) -> String {
-        let writer = self.report.passes[..column]
-            .iter()
-            .rev()
-            .find(|pass| pass.live && pass.writes.iter().any(|written| written == name));
-        writer.map_or_else(|| name.to_owned(), |pass| format!("{name}@{}", pass.name))
-    }
 }
 
-/// Returns the name of a resource without its `@PASS` suffix.
-fn base(version: &str) -> &str {
-    version.split('@').next().unwrap_or(version)
+/// Returns the version of a resource that a pass reads: `name@PASS` with the last of the passes before it that writes
+/// the resource.
+fn version(name: &str, before: &[PassReport]) -> String {
+    let writes = |pass: &&PassReport| pass.live && pass.writes.iter().any(|written| written == name);
+    before.iter().rev().find(writes).map_or_else(|| name.to_owned(), |pass| format!("{name}@{}", pass.name))
 }
 
 /// Returns the HTML table of the values of parameters and features.
-fn settings(plan: &Plan) -> String {
-    let parameters = plan.pipeline.parameters.iter().map(|(name, parameter)| {
+fn settings(pipeline: &TypedPipeline) -> String {
+    let parameters = pipeline.parameters.iter().map(|(name, parameter)| {
         let kind = if parameter.structural.is_some() { "structural" } else { "live" };
         [name.clone(), parameter.value.to_string(), kind.to_owned()]
     });
-    let features = plan.pipeline.features.iter();
+    let features = pipeline.features.iter();
     let features =
         features.map(|(name, feature)| [name.clone(), feature.value.to_string(), "feature".to_owned()]);
     format!("<h2>Parameters and features</h2>\n{}", table(["", "value", ""], parameters.chain(features)))

@@ -3,50 +3,31 @@
 //! Without the feature `score` there are no rays, and nothing is in the way.
 
 use glam::DVec3;
-#[cfg(feature = "score")]
-use umbragraph::frame::Bounds;
 use umbragraph::low_level::camera_path::Obstacles;
 use umbragraph::scene::Scene;
 #[cfg(feature = "score")]
 use umbragraph_score::Rays;
 
-/// The minimum distance of a camera from obstacles ahead, in metres. `HEIGHT` is the minimum height above the surface
-/// below.
+/// The minimum distance of a camera from obstacles ahead, in metres.
 #[cfg(feature = "score")]
 const DISTANCE: f64 = 0.5;
-#[cfg(feature = "score")]
-const HEIGHT: f64 = 1.5;
 
 /// The geometry around a camera, for avoiding obstacles.
 #[cfg(feature = "score")]
-pub(crate) struct Surroundings<'a> {
-    rays: Rays<'a>,
-    bounds: Bounds,
-}
+pub(crate) struct Surroundings<'a>(Rays<'a>);
 
 #[cfg(feature = "score")]
 impl<'a> Surroundings<'a> {
     /// Creates the surroundings from the scene's rest pose.
     pub(crate) fn new(scene: &'a Scene) -> Self {
-        let pose = scene.rest_pose();
-        let bounds = scene.frame_input_of(&pose, 1.0, 0.0).scene_bounds;
-        Self { rays: Rays::new(scene, &pose), bounds }
+        Self(Rays::new(scene, &scene.rest_pose()))
     }
 }
 
 #[cfg(feature = "score")]
 impl Obstacles for Surroundings<'_> {
-    fn lifted(&self, place: DVec3) -> DVec3 {
-        let top = self.bounds.max.y.max(place.y) + HEIGHT;
-        let from = DVec3::new(place.x, top, place.z);
-        match self.rays.seen(from, DVec3::NEG_Y, [0.0, top - self.bounds.min.y + HEIGHT]) {
-            Some(seen) => DVec3::new(place.x, place.y.max(top - seen.distance + HEIGHT), place.z),
-            None => place,
-        }
-    }
-
     fn free(&self, from: DVec3, direction: DVec3, distance: f64) -> f64 {
-        let seen = self.rays.seen(from, direction, [0.0, distance + DISTANCE]);
+        let seen = self.0.seen(from, direction, [0.0, distance + DISTANCE]);
         seen.map_or(distance, |seen| (seen.distance - DISTANCE).clamp(0.0, distance))
     }
 }
@@ -64,11 +45,33 @@ impl<'a> Surroundings<'a> {
 
 #[cfg(not(feature = "score"))]
 impl Obstacles for Surroundings<'_> {
-    fn lifted(&self, place: DVec3) -> DVec3 {
-        place
-    }
-
     fn free(&self, _: DVec3, _: DVec3, distance: f64) -> f64 {
         distance
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #[cfg(feature = "score")]
+    #[test]
+    fn orbits_stay_in_the_room_and_within_the_walls() {
+        use umbragraph::low_level::camera_path::{CameraPath, Obstacles as _};
+        for (name, side) in [("interior", glam::DVec3::Y), ("courtyard", glam::DVec3::NEG_Y)] {
+            let path = format!("{}/../examples/scenes/{name}.glb", env!("CARGO_MANIFEST_DIR"));
+            let scene = umbragraph::scene::load(std::path::Path::new(&path)).unwrap();
+            let around = super::Surroundings::new(&scene);
+            let input = scene.frame_input_of(&scene.rest_pose(), 1.0, 0.0);
+            for at in 0..24 {
+                let moment = [0.0, f64::from(at) / 24.0, 0.0];
+                let camera =
+                    CameraPath::Orbit.camera(input.camera, &input.scene_bounds, Some(&around), moment);
+                // A ceiling above, or a ground below.
+                let is_inside = around.0.seen(camera.position, side, [0.0, 20.0]).is_some();
+                let away = camera.position.distance(input.camera.position);
+                assert!(is_inside && away < 50.0, "{name} at {at}: {away} m away");
+                let ahead = camera.rotation * glam::DVec3::NEG_Z;
+                assert!(around.free(camera.position, ahead, 1.0) > 0.4, "{name} at {at}: a wall ahead");
+            }
+        }
     }
 }

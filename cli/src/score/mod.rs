@@ -16,10 +16,10 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use serde_json::json;
-use umbragraph::diagnostic::{Diagnostic, Diagnostics, Place, list_of};
+use umbragraph::diagnostic::{Diagnostic, Diagnostics, Place, Severity, list_of};
 use umbragraph_score::{Counts, Limits, Rays, Scores, Seen};
 
-use self::view::View;
+use self::view::{View, casting};
 use crate::answer::{Answer, answer};
 use crate::arguments::ScoreArguments;
 use crate::cache::Cache;
@@ -79,8 +79,16 @@ fn score(
     let (mut triangles, mut bytes) = (0, 0);
     let mut shadowed = BTreeSet::new();
     let mut before: BTreeMap<usize, Seen> = BTreeMap::new();
+    // Rows of pixels from which rays are traced to each light.
+    let mut traced_rows = 0;
     for shot in arguments.shots.all() {
         let input = drawing.input(&path, shot);
+        let rows = casting(&input).count() as u64 * u64::from(choices.size[1]);
+        if traced_rows == 0 {
+            progress.count("tracing rays, row", rows * u64::from(arguments.shots.frames));
+        }
+        progress.reach(traced_rows);
+        traced_rows += rows;
         let pose = drawing.pose().clone();
         let rays = progress.stage("boxes around triangles", || Rays::new(&scene, &pose));
         (triangles, bytes) = (rays.count(), rays.bytes());
@@ -126,7 +134,7 @@ fn score(
         Diagnostic::warning(codes::SCORE, Place::Nowhere, message)
             .help("its scores say so; pipelines/awsm.json takes every kind of light")
     });
-    let left_out: Vec<Diagnostic> = left_out.collect();
+    let mut remarks: Vec<Diagnostic> = left_out.collect();
     if let Some(out) = &arguments.out {
         let [width, height] = choices.size;
         let rows = height * (differences.len() / (4 * width as usize * height as usize)).max(1) as u32;
@@ -135,13 +143,44 @@ fn score(
     drop(drawing);
     // A light that no frame could use has no scores.
     lights.retain(|(_, scores)| scores.band(0).pixels() > 0);
-    session.diagnostics.extend(left_out);
+    remarks.extend(softness(&lights));
+    session.diagnostics.extend(remarks);
     let mut together = Scores::default();
     lights.iter().for_each(|(_, scores)| together.add(scores));
     if let (Some(limits), Some(path)) = (&limits, &arguments.limits) {
         session.diagnostics.extend(broken(limits, path, &together));
     }
     Ok(Scored { adapter: graphics.name.clone(), triangles, bytes, lights, frames, together })
+}
+
+/// Returns notes about figures that do not suit the filter: hard masks for soft shadows, and the extent of a light for
+/// hard shadows.
+fn softness(lights: &[(String, Scores)]) -> impl Iterator<Item = Diagnostic> {
+    let note = |has: fn(&Scores) -> bool, message: &str, help: &str| {
+        let names: Vec<String> = lights
+            .iter()
+            .filter(|(_, scores)| scores.darkened > 0 && has(scores))
+            .map(|(name, scores)| {
+                format!("\"{name}\" ({} of {} pixels partly lit)", scores.partly_lit, scores.darkened)
+            })
+            .collect();
+        (!names.is_empty()).then(|| {
+            let message = format!("the shadows of {} are {message}", list_of(names));
+            Diagnostic::warning(codes::SCORE, Place::Nowhere, message).severity(Severity::Note).help(help)
+        })
+    };
+    let soft = note(
+        Scores::is_soft,
+        "soft: IoU, leak and acne compare them with a hard mask, which they cannot match",
+        "read the mean error against the extent of the light, or score a hard filter, such as `--feature \
+         light_filter=hard` of awsm",
+    );
+    let hard = note(
+        Scores::lacks_penumbrae,
+        "hard: the mean error against the extent of the light counts the penumbra that they lack",
+        "read IoU, leak and acne, or score a filter as wide as the light, such as `--feature light_filter=pcss` of awsm",
+    );
+    soft.into_iter().chain(hard)
 }
 
 pub(crate) fn nothing(message: &str, help: &str) -> Diagnostic {

@@ -18,8 +18,13 @@ pub(crate) struct View<'r> {
     lights: Vec<(Light, Option<LightTruth>)>,
 }
 
-/// Returns the ray-traced visibility of a light, from the cache if possible.
-fn traced(truth: &Truth<'_>, light: &Light, cache: Option<&Cache>) -> Option<LightTruth> {
+/// Returns the ray-traced visibility of a light, from the cache if possible. `row` is called for each traced row.
+fn traced(
+    truth: &Truth<'_>,
+    light: &Light,
+    cache: Option<&Cache>,
+    row: &(dyn Fn() + Sync),
+) -> Option<LightTruth> {
     let name = cache.map(|_| {
         let mut hash = blake3::Hasher::new();
         truth.describe(light, &mut |bytes| {
@@ -31,11 +36,16 @@ fn traced(truth: &Truth<'_>, light: &Light, cache: Option<&Cache>) -> Option<Lig
     if let Some(known) = kept.and_then(|bytes| LightTruth::from_bytes(&bytes, truth.points().len())) {
         return Some(known);
     }
-    let traced = truth.light(light)?;
+    let traced = truth.light_by_rows(light, row)?;
     if let Some((cache, name)) = cache.zip(name) {
         cache.put(&name, &traced.to_bytes());
     }
     Some(traced)
+}
+
+/// Returns the lights of a frame that cast shadows.
+pub(crate) fn casting(input: &FrameInput) -> impl Iterator<Item = &Light> {
+    input.lights.iter().filter(|light| light.has(CAST_SHADOW))
 }
 
 /// The rendered shadow term of one light, together with its ray-traced reference.
@@ -65,9 +75,10 @@ impl<'r> View<'r> {
         if truth.points().iter().all(Option::is_none) {
             return Ok(None);
         }
-        let casting = input.lights.iter().filter(|light| light.has(CAST_SHADOW));
+        let counter = progress.counter();
         let lights: Vec<_> = progress.stage("rays to lights", || {
-            casting.map(|light| (light.clone(), traced(&truth, light, cache))).collect()
+            let traced = |light: &Light| (light.clone(), traced(&truth, light, cache, &|| counter(1)));
+            casting(input).map(traced).collect()
         });
         if lights.is_empty() {
             let help = "let one cast shadows: \"castShadow\" in its extras is not false";

@@ -1,6 +1,7 @@
 //! The command as a user meets it: exit status, diagnostics, and the files it writes.
 
 mod adapters;
+mod captures;
 mod check;
 mod diff;
 mod environment;

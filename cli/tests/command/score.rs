@@ -112,6 +112,42 @@ fn what_a_pipeline_does_not_shadow_is_said_and_counts() {
 }
 
 #[test]
+fn figures_that_do_not_suit_a_filter_are_named() {
+    if gpu::device().is_none() {
+        return;
+    }
+    let notes = |pipeline: &str, arguments: &[&str]| {
+        let output = score(pipeline, FIGURE, arguments);
+        let text = String::from_utf8_lossy(&output.stderr).into_owned();
+        ["soft: IoU, leak and acne", "hard: the mean error"].map(|words| text.contains(words))
+    };
+    assert_eq!(notes("pipelines/awsm.json", &[]), [true, false], "a wide filter");
+    let hard = ["--feature", "light_filter=hard"];
+    assert_eq!(notes("pipelines/umbra.json", &hard), [false, true], "one comparison");
+    assert_eq!(notes("pipelines/umbra.json", &[]), [false, false], "a filter as wide as the light");
+}
+
+/// A terminal shows progress, which `script` gives to the command; a pipe gets none.
+#[cfg(target_os = "linux")]
+#[test]
+fn rows_of_rays_are_counted_on_a_terminal_alone() {
+    if gpu::device().is_none() || Command::new("script").arg("--version").output().is_err() {
+        return;
+    }
+    let program = env!("CARGO_BIN_EXE_umbragraph");
+    let line = format!(
+        "'{program}' score pipelines/nebula.json --scene {FIGURE} --size 320x180 --set resolution=256 --no-cache"
+    );
+    let output =
+        Command::new("script").args(["-qec", &line, "/dev/null"]).current_dir(root()).output().unwrap();
+    let shown = String::from_utf8_lossy(&output.stdout);
+    assert!(shown.contains("tracing rays, row ") && shown.contains(" of 360, "), "{shown}");
+    assert!(shown.contains(" to go"), "the time left: {shown}");
+    let piped = score("pipelines/nebula.json", FIGURE, &["--no-cache"]);
+    assert!(!String::from_utf8_lossy(&piped.stderr).contains("tracing rays"));
+}
+
+#[test]
 fn a_light_without_shadows_in_one_frame_is_none_without_any() {
     if gpu::device().is_none() {
         return;

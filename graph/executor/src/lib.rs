@@ -16,7 +16,7 @@
 //! - `inputs`: what a frame brings, checked;
 //! - `record`, `attachments`, `scene`, `buffer_draw`: render passes, and the draws in them;
 //! - `redraw`: views that are not drawn again while nothing changes; `scroll`: those that moved by whole texels;
-//! - `read_back`: what a texture holds, for the host to look at;
+//! - `read_back`, `samples`: what a texture or buffer holds, for the host to look at;
 //! - `times`: how long the processor works on each pass.
 //!
 //! Whatever happens, an error is a value, nothing is recorded, and the next frame is possible. A device that is lost is
@@ -44,6 +44,9 @@ pub use instance::parameters::{Parameter, ParameterValue};
 pub use instance::preparation::{PlanPreparer, PreparedPlan};
 pub use measure::gpu_times::GpuTime;
 pub use measure::statistics::{PassCounts, Statistics};
-pub use memory::imports::{FrameImports, Given, Import, ImportHandle, Importable, imported_texture};
-pub use memory::read_back::{Texels, read_back, read_bytes};
+pub use memory::imports::{
+    FrameImports, Given, Import, ImportHandle, Importable, imported_buffer, imported_texture,
+};
+pub use memory::read_back::{Texels, read_back, read_buffer, read_bytes};
+pub use memory::samples::read_sample;
 pub use wgpu;

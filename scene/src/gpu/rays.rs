@@ -55,7 +55,7 @@ impl Made {
         let limits = device.limits();
         let max = limits.max_buffer_size.min(limits.max_storage_buffer_binding_size);
         let packed = PackedScene::new(scene, pose, max).map_err(|error| format!("{error} of the device"))?;
-        let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST;
+        let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC;
         let label = Some("scene rays");
         let buffer =
             device.create_buffer_init(&BufferInitDescriptor { label, contents: packed.bytes(), usage });

@@ -6,7 +6,7 @@ use std::path::Path;
 use serde_json::Value;
 use umbragraph::executor::{imported_texture, read_back, read_bytes};
 use umbragraph::glam::DVec3;
-use umbragraph::low_level::capture::{Capture, document};
+use umbragraph::low_level::capture::{Capture, Wanted, document};
 use umbragraph::scene::gpu::SceneResources;
 use umbragraph::{Executor, Frame, Library, Options, wgpu};
 
@@ -77,7 +77,7 @@ fn captured(camera: &Value, size: [u32; 2], reference: &str) -> umbragraph::exec
     let plan = Library::new().load_text("own.json", PIPELINE).unwrap();
     let plan = plan.plan(&Options::new(size[0], size[1])).unwrap();
     let captures = [Capture { reference: reference.to_owned(), mip: 0 }];
-    let document = document(&plan, &captures).unwrap();
+    let document = document(&plan, &captures, Wanted::Pictures).unwrap();
     // The same copies, written into the pipeline itself.
     let more: Value = serde_json::from_str(&document.text).unwrap();
     let [subgraphs, passes] = ["subgraphs", "passes"].map(|section| more[section].to_string());

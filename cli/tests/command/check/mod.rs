@@ -186,6 +186,10 @@ fn unused_and_unchecked_parts_are_listed_below_the_line() {
     assert!(said.contains("\n  culled: nothing reads what aside writes: spare\n"), "{said}");
     assert!(said.contains("\n  parameters without effect here: strength\n"), "{said}");
     assert!(said.contains("\n  not checked: 1 configurations with other values of parameters"), "{said}");
+    let folder = folder.join("");
+    let templates = text(&run(&["check", path, "--verbose", "--templates", folder.to_str().unwrap()]).stdout);
+    let named = format!("`umbragraph permutations {path} --templates {}`", folder.display());
+    assert!(templates.contains(&named), "{templates}");
     let shown = text(&run(&["check", path, "--verbose", "--set", "way=shown"]).stdout);
     assert!(!shown.contains("culled:") && !shown.contains("without effect"), "{shown}");
 

@@ -262,6 +262,23 @@ pub fn imported_texture(
     }))
 }
 
+/// Creates a buffer for the import `name`, with the size that the plan requires and the usages `usage`. Returns `None` if
+/// the plan imports no buffer of this name.
+pub fn imported_buffer(
+    device: &wgpu::Device,
+    plan: &Plan,
+    name: &str,
+    usage: wgpu::BufferUsages,
+) -> Option<wgpu::Buffer> {
+    let (_, resource) = plan.imports().find(|(known, one)| *known == name && one.format.is_none())?;
+    Some(device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some(name),
+        size: resource.bytes,
+        usage,
+        mapped_at_creation: false,
+    }))
+}
+
 /// The number of frames after its last use for which a view of a host's texture is kept.
 const KEPT_FRAMES: u64 = 4;
 

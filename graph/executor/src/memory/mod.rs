@@ -6,5 +6,6 @@ pub(crate) mod pool;
 pub(crate) mod read_back;
 pub(crate) mod resources;
 pub(crate) mod reuse;
+pub(crate) mod samples;
 pub(crate) mod textures;
 pub(crate) mod transfer;

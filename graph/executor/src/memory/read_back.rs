@@ -1,4 +1,4 @@
-//! Textures from the device to the host.
+//! Textures and buffers from the device to the host.
 //!
 //! One mip level with all of its layers is copied to a buffer and taken apart into four numbers for each texel. Depth
 //! in a format that cannot be copied (`depth24plus`) is read by a compute shader, and so is `depth32float` on devices
@@ -76,6 +76,47 @@ pub async fn read_bytes(
     })
 }
 
+/// Reads the bytes of a buffer, after all work that was submitted before. The buffer needs the usage `COPY_SRC`.
+///
+/// The future is ready at once, except in a browser, where the call must not block.
+///
+/// # Errors
+/// A missing usage; errors of the device.
+pub async fn read_buffer(
+    device: &wgpu::Device,
+    queue: &wgpu::Queue,
+    buffer: &wgpu::Buffer,
+) -> Result<Vec<u8>, Diagnostic> {
+    let failed = |reason: String| {
+        let message = format!("a buffer of {} bytes cannot be read back: {reason}", buffer.size());
+        Diagnostic::error(codes::DEVICE, Place::Nowhere, message)
+            .help("create it with the usage COPY_SRC; a device that was lost has to be made again")
+    };
+    let label = Some("read back");
+    let scopes = [wgpu::ErrorFilter::Validation, wgpu::ErrorFilter::Internal, wgpu::ErrorFilter::OutOfMemory]
+        .map(|filter| device.push_error_scope(filter));
+    let copy = device.create_buffer(&wgpu::BufferDescriptor {
+        label,
+        size: buffer.size(),
+        usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+        mapped_at_creation: false,
+    });
+    let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label });
+    encoder.copy_buffer_to_buffer(buffer, 0, &copy, 0, buffer.size());
+    queue.submit([encoder.finish()]);
+    caught(scopes).await.map_err(failed)?;
+    mapped(device, &copy).await.map_err(failed)
+}
+
+/// Ends error scopes, the last first, and returns the causes of the error that the first of them caught.
+pub(super) async fn caught<const N: usize>(scopes: [wgpu::ErrorScopeGuard; N]) -> Result<(), String> {
+    let mut error = None;
+    for scope in scopes.into_iter().rev() {
+        error = scope.pop().await.or(error);
+    }
+    error.map_or(Ok(()), |error| Err(crate::objects::creation::causes(&error)))
+}
+
 /// Returns the bytes of a texture row by row, without gaps. With `by_shader`, a compute shader reads the depth;
 /// otherwise the texture is copied.
 async fn rows(
@@ -107,13 +148,7 @@ async fn rows(
         encoder.copy_texture_to_buffer(source, destination, texture.size());
     }
     queue.submit([encoder.finish()]);
-    let mut error = None;
-    for scope in scopes.into_iter().rev() {
-        error = scope.pop().await.or(error);
-    }
-    if let Some(error) = error {
-        return Err(crate::objects::creation::causes(&error));
-    }
+    caught(scopes).await?;
     let mut bytes = mapped(device, &buffer).await?;
     let (row, wanted, lines) = (row as usize, (texture.width() * layout.bytes) as usize, lines as usize);
     for line in 0..lines {

@@ -259,7 +259,7 @@ crate::codes! {
         "`umbragraph render` writes the one imported texture that passes write (or the one called `target`): of a format of colors, of the viewport's size, one layer, one sample. rgba8unorm and rgba8unorm-srgb are written to a PNG file as they are; of floats, colors above 0.8 are tone mapped, with a note. A file that ends in .exr has the numbers themselves. The viewer and scores take rgba8unorm and rgba8unorm-srgb alone.";
     /// A texture that `umbragraph render --capture` cannot write as an image.
     CAPTURE = "UG0809", "nothing to capture",
-        "`umbragraph render --capture NAME[@PASS][:MIP,LAYER,FACE]=FILE` writes the contents of a texture, or of the version that one pass wrote. What does not exist, is culled, is a volume, has several samples a texel, or has a format without a picture cannot be captured.";
+        "`umbragraph render --capture NAME[@PASS][:MIP,LAYER,FACE]=FILE` writes the contents of a texture or buffer, or of the version that one pass wrote. What does not exist, is culled, is a volume, has several samples a texel, or has a format without a picture cannot be captured. A buffer is written as .json, or as .csv if it is an array.";
     /// Frame input (a camera or light) with invalid values, which is left out of the frame.
     FRAME_INPUT = "UG0806", "unusable frame input",
         "The camera or a light of a frame has a value that is not finite, a direction that is not of unit length, or an empty depth range. The frame is recorded without it.";

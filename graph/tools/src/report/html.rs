@@ -17,11 +17,13 @@ const SCRIPT: &str = include_str!("page.js");
 /// The height in pixels of the captured images below the passes; the page's script has the same constant.
 const PICTURE: usize = 60;
 
-/// Captured images and pass times that the page shows.
+/// Captured images, captured buffers and pass times that the page shows.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Observed {
     /// The captured images by resource name or `NAME@PASS`, each as a `data:` URL.
     pub pictures: BTreeMap<String, String>,
+    /// The first rows of captured buffers as text, by resource name or `NAME@PASS`.
+    pub buffers: BTreeMap<String, String>,
     /// The CPU and GPU time of each pass in milliseconds, by pass name.
     pub times: BTreeMap<String, [f64; 2]>,
 }

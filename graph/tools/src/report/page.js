@@ -3,7 +3,7 @@ const report = JSON.parse(document.getElementById("report").textContent);
 const comparison = JSON.parse(document.getElementById("comparison").textContent);
 const observed = JSON.parse(document.getElementById("observed").textContent);
 // A pass may be named as what every object has.
-for (const named of [observed.pictures, observed.times]) Object.setPrototypeOf(named, null);
+for (const named of [observed.pictures, observed.buffers, observed.times]) Object.setPrototypeOf(named, null);
 const passes = new Map(report.passes.map((pass, column) => [pass.name, { ...pass, column }]));
 const resources = new Map(report.resources.map((resource) => [resource.name, resource]));
 const svg = document.querySelector("#picture svg");
@@ -42,6 +42,11 @@ const longest = Math.max(0, ...report.passes.flatMap((pass) => observed.times[pa
 const pictureOf = (name, pass) => observed.pictures[`${name}@${pass}`] ?? observed.pictures[name];
 const picture = (name, pass) => pictureOf(name, pass)
   ? [make("figure", {}, make("img", { src: pictureOf(name, pass), alt: name }), make("figcaption", {}, link(name)))] : [];
+// The first rows of a buffer, in the same way.
+const buffer = (name, pass) => {
+  const rows = observed.buffers[`${name}@${pass}`] ?? observed.buffers[name];
+  return rows ? [make("h3", {}, link(name)), make("pre", {}, rows)] : [];
+};
 const timesOf = (name) => {
   const times = observed.times[name];
   if (!times) return [];
@@ -124,7 +129,7 @@ function passDetails(pass) {
     make("div", { class: "soft" }, pass.declared),
     make("h3", {}, pass.live ? "Why it is kept" : "Why it is culled"), make("ol", {}, pass.why.map((step) => make("li", {}, step))),
     ...(pass.passthrough ? [make("h3", {}, "In a frame without it"), make("ul", {}, pass.passthrough.map((one) => make("li", {}, `readers see ${one}`)))] : []),
-    ...timesOf(pass.name), ...pass.writes.flatMap((name) => picture(name, pass.name)),
+    ...timesOf(pass.name), ...pass.writes.flatMap((name) => [...picture(name, pass.name), ...buffer(name, pass.name)]),
     make("h3", {}, "Reads"), make("div", {}, ...list(pass.reads)), make("h3", {}, "Writes"), make("div", {}, ...list(pass.writes)),
     ...(pass.attachments.length ? [make("h3", {}, "Attachments"), rows(["", "load", "store"], pass.attachments.map((one) =>
       [[link(one.resource), ` ${one.kind}`], one.load, one.store + (one.transient_attachment ? " (never leaves the pass)" : "")]))] : []),
@@ -139,7 +144,7 @@ function resourceDetails(resource) {
   return [
     make("h2", {}, resource.name), make("div", {}, make("span", { class: "tag" }, resource.lifetime), make("span", { class: resource.live ? "tag" : "tag off" }, resource.place)),
     make("div", { class: "soft" }, resource.declared),
-    ...picture(resource.name),
+    ...picture(resource.name), ...buffer(resource.name),
     make("h3", {}, "What it is"), make("div", {}, `${resource.description || resource.kind}${resource.bytes ? ` · ${bytes(resource.bytes)}` : ""}`),
     make("h3", {}, "Shares memory with"), make("div", {}, ...list(resource.shares_with)),
     make("h3", {}, "Written by"), make("div", {}, ...at(resource.written_in)), make("h3", {}, "Read by"), make("div", {}, ...at(resource.read_in)),

@@ -3,10 +3,10 @@
 //! Such a texture cannot be copied to a buffer. The shader loads one sample of each texel and stores its channels as
 //! numbers, which is what [`Texels`] holds.
 
-use umbragraph::executor::Texels;
-use umbragraph::wgpu;
+use umbragraph_pipeline::diagnostic::{Diagnostic, Place, codes};
+use umbragraph_pipeline::language::format_name;
 
-use crate::bytes;
+use super::read_back::{Texels, caught, read_buffer};
 
 /// The WGSL source of the shader. `TEXTURE` and `LOAD` are replaced by the texture type and by the loaded vector.
 const READ: &str = "
@@ -20,25 +20,33 @@ override chosen: u32;
     }
 }";
 
-/// Reads one sample of each texel of a texture, after all work that was submitted before. A sample that the texture
-/// does not have is its last one.
+/// Reads one sample of each texel of a texture of several samples, after all work that was submitted before. A sample
+/// that the texture does not have is its last one. The texture needs the usage `TEXTURE_BINDING`.
+///
+/// The future is ready at once, except in a browser, where the call must not block.
 ///
 /// # Errors
-/// An error message if the device is lost, or has no room for the numbers.
-pub(crate) fn read(
+/// A device without compute shaders or without room for the numbers; errors of the device.
+pub async fn read_sample(
     device: &wgpu::Device,
     queue: &wgpu::Queue,
     texture: &wgpu::Texture,
     sample: u32,
-) -> Result<Texels, String> {
+) -> Result<Texels, Diagnostic> {
     let format = texture.format();
+    let failed = |reason: String| {
+        let message =
+            format!("single samples of a texture in {} cannot be read: {reason}", format_name(format));
+        Diagnostic::error(codes::CAPTURE, Place::Nowhere, message)
+            .help("read the texture that it is resolved to, or try another driver")
+    };
     let is_depth = format.has_depth_aspect();
     let sample_type = match format
         .sample_type(Some(wgpu::TextureAspect::DepthOnly).filter(|_| is_depth), None)
     {
         Some(wgpu::TextureSampleType::Float { .. }) => wgpu::TextureSampleType::Float { filterable: false },
         Some(other) => other,
-        None => return Err(format!("single samples of {format:?} cannot be read")),
+        None => return Err(failed("a shader sees no single numbers of it".to_owned())),
     };
     let vector = "vec4<f32>(textureLoad(source, at.xy, chosen))";
     let (kind, load) = match sample_type {
@@ -50,6 +58,8 @@ pub(crate) fn read(
         wgpu::TextureSampleType::Float { .. } => ("texture_multisampled_2d<f32>", vector),
     };
     let label = Some("read a sample");
+    let scopes = [wgpu::ErrorFilter::Validation, wgpu::ErrorFilter::Internal, wgpu::ErrorFilter::OutOfMemory]
+        .map(|filter| device.push_error_scope(filter));
     let text = READ.replace("TEXTURE", kind).replace("LOAD", load);
     let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
         label,
@@ -94,7 +104,8 @@ pub(crate) fn read(
     pass.dispatch_workgroups(width.div_ceil(8), height.div_ceil(8), 1);
     drop(pass);
     queue.submit([encoder.finish()]);
-    let bytes = bytes::of_buffer(device, queue, &values)?;
+    caught(scopes).await.map_err(failed)?;
+    let bytes = read_buffer(device, queue, &values).await?;
     let number = |bytes: &[u8]| bytes.try_into().map(f32::from_le_bytes).unwrap_or_default();
     let texel = |bytes: &[u8]| std::array::from_fn(|at| number(&bytes[4 * at..4 * at + 4]));
     let values = bytes.chunks_exact(16).map(texel).collect();
