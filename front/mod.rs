@@ -1,8 +1,12 @@
 //! The front door: from a file to a plan with [`Library`], [`Pipeline`] and [`Options`], and from
 //! frame to frame with `Renderer`.
 
+#[cfg(feature = "gpu")]
+pub mod adapter;
 pub mod camera_path;
 pub(crate) mod codes;
+#[cfg(feature = "environment")]
+pub mod environment;
 pub mod files;
 mod library;
 mod options;
