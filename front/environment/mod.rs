@@ -8,12 +8,12 @@ mod radiance;
 
 use std::path::Path;
 
-use exr::prelude::f16;
 use self::radiance::Colors;
 use crate::diagnostic::{Diagnostic, Place};
 use crate::low_level::compose::{read_bytes, unreadable};
 use crate::low_level::language::Lifetime;
 use crate::{Plan, wgpu};
+use exr::prelude::f16;
 
 pub use super::codes::ENVIRONMENT;
 
@@ -96,6 +96,11 @@ impl Environment {
     /// picture. `None` before, and if the plan has no such toggle.
     pub fn kept(&self, plan: &Plan) -> Option<(&'static str, (u32, bool))> {
         (self.is_read && plan.toggles.contains_key(TOGGLE)).then_some((TOGGLE, (0, false)))
+    }
+
+    /// Lets the next frame read the picture once more, for a plan that starts without the results of the one before.
+    pub fn read_again(&mut self) {
+        self.is_read = false;
     }
 
     /// Records that a frame was drawn.

@@ -300,6 +300,7 @@ impl Viewer {
             "not_captured": self.inspector.contents.error,
             "clip": self.clip.as_ref().map(Clip::len),
             "message": self.message.0,
+            "times": self.timings.state(),
             "timed": self.timings.whole_frames().map(|_| true),
             "scene": self.arguments.scene.display().to_string(),
             "pipeline": self.arguments.pipeline.display().to_string(),

@@ -131,9 +131,7 @@ pub(crate) fn pressed(context: &egui::Context, had_focus: bool) -> Vec<Action> {
         return Vec::new();
     }
     let has_focus = context.memory(|memory| memory.focused().is_some());
-    let is_taken = |key: Key| {
-        (has_focus && OF_CONTROLS.contains(&key)) || (had_focus && key == Key::Escape)
-    };
+    let is_taken = |key: Key| (has_focus && OF_CONTROLS.contains(&key)) || (had_focus && key == Key::Escape);
     context.input_mut(|input| {
         let keys = shortcuts().filter(|(_, key, ..)| !is_taken(*key));
         let keys = keys.filter(|(modifiers, key, ..)| input.consume_key(*modifiers, *key));

@@ -4,9 +4,9 @@
 //! buffer, can be compared, as any pass leaves it.
 
 use eframe::egui;
-use umbragraph::{Plan, wgpu};
 use umbragraph::low_level::report::Report;
 use umbragraph::low_level::sheet::{Content, is_volume};
+use umbragraph::{Plan, wgpu};
 
 use crate::buffers::size_of;
 use crate::contents::{Contents, cannot};

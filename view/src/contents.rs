@@ -212,6 +212,7 @@ impl Contents {
             "tile": drawn.look.tile,
             "tiles": self.tiles.iter().map(|one| one.label.clone()).collect::<Vec<_>>(),
             "channel": drawn.look.channel,
+            "range": drawn.look.range,
             "side": Side::ALL.iter().find(|one| one.0 == drawn.look.side).map(|one| one.1),
             "size": [drawn.sheet.width, drawn.sheet.height, drawn.layers],
             "channels": channels.collect::<Vec<_>>(),

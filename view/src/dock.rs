@@ -80,7 +80,8 @@ impl Default for Dock {
         let mut tiles = Tiles::default();
         let [frame, values, graph, times, notices, inspector] = Pane::ALL.map(|pane| tiles.insert_pane(pane));
         let alone = frame;
-        let [frame, values, inspector] = [frame, values, inspector].map(|one| tiles.insert_tab_tile(vec![one]));
+        let [frame, values, inspector] =
+            [frame, values, inspector].map(|one| tiles.insert_tab_tile(vec![one]));
         let below = tiles.insert_tab_tile(vec![graph, times, notices]);
         let middle = tiles.insert_vertical_tile(vec![frame, below]);
         let root = tiles.insert_horizontal_tile(vec![values, middle, inspector]);
@@ -252,6 +253,7 @@ impl Behavior<Pane> for Panels<'_> {
         let rect = ui.max_rect();
         let focus = ui.interact(rect, pane.id(), Sense::focusable_noninteractive());
         let viewer = &mut *self.viewer;
+        viewer.places.note(&format!("panel {}", pane.title()), &focus);
         if *pane == Pane::Frame {
             viewer.frame(ui);
         } else {
@@ -333,13 +335,7 @@ impl Behavior<Pane> for Panels<'_> {
         visuals.extreme_bg_color.lerp_to_gamma(visuals.panel_fill, 0.5)
     }
 
-    fn tab_outline_stroke(
-        &self,
-        _: &egui::Visuals,
-        _: &Tiles<Pane>,
-        _: TileId,
-        _: &TabState,
-    ) -> Stroke {
+    fn tab_outline_stroke(&self, _: &egui::Visuals, _: &Tiles<Pane>, _: TileId, _: &TabState) -> Stroke {
         Stroke::NONE
     }
 

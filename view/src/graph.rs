@@ -170,11 +170,8 @@ impl Keys {
     fn note(&mut self, ui: &egui::Ui, one: Selected, response: &egui::Response) {
         if response.has_focus() {
             self.has_focus = true;
-            let filter = egui::EventFilter {
-                horizontal_arrows: true,
-                vertical_arrows: true,
-                ..Default::default()
-            };
+            let filter =
+                egui::EventFilter { horizontal_arrows: true, vertical_arrows: true, ..Default::default() };
             ui.memory_mut(|memory| memory.set_focus_lock_filter(response.id, filter));
             let stroke = Stroke::new(2.0, FOCUS);
             ui.painter().rect_stroke(response.rect.expand(2.0), 6.0, stroke, StrokeKind::Outside);

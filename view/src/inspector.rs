@@ -145,7 +145,7 @@ impl Inspector {
             if let Some(toggle) = &pass.toggle {
                 ui.label(format!("runs with the toggle {toggle}"));
             }
-            for (who, times) in ["processor", "device"].into_iter().zip(timings.of(&pass.name)) {
+            for (who, times) in ["CPU", "GPU"].into_iter().zip(timings.of(&pass.name)) {
                 if let Some(times) = times {
                     let said =
                         format!("{who} {:.3} ms, 95 % {:.3}, max {:.3}", times.median, times.p95, times.max);

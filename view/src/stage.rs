@@ -138,7 +138,8 @@ impl Stage {
         let news: Arc<AtomicBool> = Arc::default();
         let watcher = watch(&library, arguments, &news, context)?;
         let environment = arguments.environment.as_ref();
-        let environment = environment.map(|path| Ok((Environment::read(path).map_err(error_of)?, path.clone())));
+        let environment =
+            environment.map(|path| Ok((Environment::read(path).map_err(error_of)?, path.clone())));
         let environment = environment.transpose()?;
         Ok(Self {
             library,
@@ -415,6 +416,8 @@ impl Stage {
         }
         self.fit(state, &plan, size);
         self.plan = Some(plan);
+        // What a plan makes of the picture may not outlive it.
+        self.environment.iter_mut().for_each(|(environment, _)| environment.read_again());
         self.has_new_plan = true;
         self.plans += 1;
         self.set_live();

@@ -39,9 +39,8 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), String> {
     let rejected: Arc<Mutex<Option<Diagnostic>>> = Arc::default();
     let told = rejected.clone();
     setup.native_adapter_selector = Some(Arc::new(move |adapters, surface| {
-        let draws = |adapter: &&wgpu::Adapter| {
-            surface.is_none_or(|surface| adapter.is_surface_supported(surface))
-        };
+        let draws =
+            |adapter: &&wgpu::Adapter| surface.is_none_or(|surface| adapter.is_surface_supported(surface));
         wanted.best(adapters.iter().filter(draws).cloned().collect()).map(|(_, adapter)| adapter).map_err(
             |found| {
                 let message = found.message.clone();
@@ -78,7 +77,11 @@ fn missing(arguments: &Arguments) -> Option<Diagnostic> {
     let files = [
         (Some(&arguments.pipeline), is_bundled, "the pipeline"),
         (Some(&arguments.scene), false, "--scene names a glTF file"),
-        (arguments.environment.as_ref(), false, "--environment names an equirectangular picture, .hdr or .exr"),
+        (
+            arguments.environment.as_ref(),
+            false,
+            "--environment names an equirectangular picture, .hdr or .exr",
+        ),
     ];
     let mut files = files.into_iter().filter_map(|(path, is_there, help)| Some((path?, is_there, help)));
     let (path, _, help) = files.find(|(path, is_there, _)| !is_there && !path.is_file())?;

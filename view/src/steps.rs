@@ -53,9 +53,10 @@ pub(crate) fn stepped(
         }
         Selected::Resource(name) => name,
     };
-    let place = lanes.iter().enumerate().find_map(|(row, lane)| {
-        lane.iter().position(|one| one.name == *name).map(|at| (row, at))
-    });
+    let place = lanes
+        .iter()
+        .enumerate()
+        .find_map(|(row, lane)| lane.iter().position(|one| one.name == *name).map(|at| (row, at)));
     let Some((row, at)) = place else { return pass(cursor.column).unwrap_or_else(|| cursor.clone()) };
     let next = match (right, down) {
         (0, -1) if row == 0 => pass(cursor.column),
