@@ -118,25 +118,34 @@ fn shortcuts() -> impl Iterator<Item = &'static Shortcut> {
 const OF_CONTROLS: [Key; 6] =
     [Key::Space, Key::Enter, Key::ArrowUp, Key::ArrowDown, Key::ArrowLeft, Key::ArrowRight];
 
+/// The keys that write no text.
+const WITHOUT_TEXT: [Key; 4] = [Key::F1, Key::F2, Key::F5, Key::F6];
+
 /// The number of bookmarks that have a key and a button.
 pub(crate) const KEYED: usize = 9;
 
 const NUMBERS: [Key; KEYED] =
     [Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::Num5, Key::Num6, Key::Num7, Key::Num8, Key::Num9];
 
-/// The actions whose keys were pressed in this frame; none while a text field has the focus or a list is open.
-/// `had_focus` is `true` if a control had the keyboard before the frame: escape took it away, and does nothing more.
+/// The actions whose keys were pressed in this frame; none while a list is open. While a text field has the keyboard,
+/// keys that write no text still act. `had_focus` is `true` if a control had the keyboard before the frame: escape took
+/// it away, and does nothing more.
 pub(crate) fn pressed(context: &egui::Context, had_focus: bool) -> Vec<Action> {
-    if context.text_edit_focused() || egui::Popup::is_any_open(context) {
+    if egui::Popup::is_any_open(context) {
         return Vec::new();
     }
     let has_focus = context.memory(|memory| memory.focused().is_some());
-    let is_taken = |key: Key| (has_focus && OF_CONTROLS.contains(&key)) || (had_focus && key == Key::Escape);
+    let is_writing = context.text_edit_focused();
+    let is_taken = |modifiers: &Modifiers, key: Key| {
+        (has_focus && OF_CONTROLS.contains(&key))
+            || (had_focus && key == Key::Escape)
+            || (is_writing && !modifiers.command && !WITHOUT_TEXT.contains(&key))
+    };
     context.input_mut(|input| {
-        let keys = shortcuts().filter(|(_, key, ..)| !is_taken(*key));
+        let keys = shortcuts().filter(|(modifiers, key, ..)| !is_taken(modifiers, *key));
         let keys = keys.filter(|(modifiers, key, ..)| input.consume_key(*modifiers, *key));
         let mut actions: Vec<Action> = keys.map(|(_, _, action, _)| *action).collect();
-        for (at, key) in NUMBERS.into_iter().enumerate() {
+        for (at, key) in NUMBERS.into_iter().enumerate().filter(|_| !is_writing) {
             if input.consume_key(Modifiers::NONE, key) {
                 actions.push(Action::Visit(at));
             }

@@ -262,8 +262,8 @@ impl Viewer {
         let Some(plan) = self.stage.plan.clone() else { return };
         let document = self.stage.pipeline().map(|pipeline| pipeline.document().clone());
         let mut saves = Vec::new();
-        egui::Panel::bottom("save").show_separator_line(true).show(ui, |ui| {
-            ui.add_space(4.0);
+        let frame = egui::Frame::new().inner_margin(egui::Margin { top: 6, bottom: 2, ..Default::default() });
+        egui::Panel::bottom("save").show_separator_line(true).frame(frame).show(ui, |ui| {
             ui.horizontal(|ui| {
                 use actions::Action;
                 for (label, action) in [

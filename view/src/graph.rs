@@ -223,7 +223,8 @@ fn legend(
             bytes_in_words(memory.without_aliasing),
             bytes_in_words(memory.bound),
         );
-        ui.label(egui::RichText::new(said).small());
+        // Whole on one line, the next if need be.
+        ui.add(egui::Label::new(egui::RichText::new(said).small()).extend());
     });
 }
 

@@ -118,8 +118,12 @@ pub(crate) fn style(context: &egui::Context) {
         style.spacing.item_spacing = egui::vec2(7.0, 4.0);
         style.spacing.button_padding = egui::vec2(7.0, 2.0);
         style.interaction.tooltip_delay = 0.4;
+        if let Some(small) = style.text_styles.get_mut(&egui::TextStyle::Small) {
+            small.size = 10.5;
+        }
         let visuals = &mut style.visuals;
         visuals.override_text_color = None;
+        visuals.hyperlink_color = egui::Color32::from_rgb(125, 180, 250);
         visuals.panel_fill = egui::Color32::from_rgb(30, 32, 37);
         visuals.widgets.noninteractive.fg_stroke.color = egui::Color32::from_gray(205);
         visuals.widgets.inactive.fg_stroke.color = egui::Color32::from_gray(215);

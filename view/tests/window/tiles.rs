@@ -31,9 +31,10 @@ fn tiles_have_their_lights_and_rectangles() {
     hand.display.write("atlas");
     hand.click("resource atlas");
     let state = hand.wait("contents", |state| {
-        state["contents"]["of"][0].as_str().is_some_and(|of| of.starts_with("atlas@"))
+        let is_atlas = state["contents"]["of"][0].as_str().is_some_and(|of| of.starts_with("atlas@"));
+        let tiles = state["contents"]["tiles"].as_array().map_or(0, Vec::len);
+        is_atlas && tiles > 0 && state["busy"] == false
     });
-    let state = if state["busy"] == true { hand.settle() } else { state };
     let labels: Vec<String> = serde_json::from_value(state["contents"]["tiles"].clone()).unwrap();
     let reference = state["contents"]["of"][0].as_str().unwrap().to_owned();
     // The module's own frame: the atlas, and the places of its views.
