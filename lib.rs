@@ -24,7 +24,7 @@
 //! some of [`node`].
 //!
 //! Features: `gpu` (on by default) adds [`executor`] and re-exports wgpu; `gltf` (on by default) adds [`scene`];
-//! `watch` adds `Watcher`, with which a pipeline follows its files.
+//! `watch` adds `Watcher`, with which a pipeline follows its files; `environment` adds pictures of surroundings.
 //! Without them nothing of wgpu-core is built.
 
 #[path = "pipelines/bundled.rs"]
@@ -87,8 +87,10 @@ pub mod low_level {
     };
     pub use umbragraph_session as session;
 
+    #[cfg(feature = "environment")]
+    pub use crate::front::environment;
     #[cfg(feature = "gpu")]
-    pub use crate::front::{buffers, sheet};
+    pub use crate::front::{adapter, buffers, sheet};
     pub use crate::front::{camera_path, files, picture, starter};
 
     /// Compiles a typed pipeline to a plan: render graph, pass order, and memory of resources.

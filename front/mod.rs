@@ -2,9 +2,13 @@
 //! frame to frame with `Renderer`.
 
 #[cfg(feature = "gpu")]
+pub mod adapter;
+#[cfg(feature = "gpu")]
 pub mod buffers;
 pub mod camera_path;
 pub(crate) mod codes;
+#[cfg(feature = "environment")]
+pub mod environment;
 pub mod files;
 mod library;
 mod options;

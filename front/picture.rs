@@ -1,11 +1,11 @@
 //! The picture of a plan: the imported texture that the command writes to a file and the viewer shows in its window.
 //!
 //! A pipeline may write several textures of the host, of any format and size. Only one of them can be a picture, and
-//! only if its texels are colors. The window and scores ask [`picture_of`], which takes colors of a screen; files that
-//! a picture is converted for ask [`colors_of`]. Both reject a document with the same words, before a device would.
+//! only if its texels are colors. Scores ask [`picture_of`], which takes colors of a screen; files and windows that a
+//! picture is converted for ask [`colors_of`]. Both reject a document with the same words, before a device would.
 
 use crate::Plan;
-use crate::diagnostic::{Diagnostic, Place, codes};
+use crate::diagnostic::{Diagnostic, Place, Severity, codes, list_of};
 use crate::low_level::language::Lifetime;
 use crate::wgpu_types::{TextureFormat, TextureSampleType};
 
@@ -31,6 +31,42 @@ pub fn picture_of<'a>(plan: &'a Plan, captures: &[String]) -> Result<&'a str, Di
 /// Returns `true` for `rgba8unorm` and `rgba8unorm-srgb`, the formats of a picture on a screen.
 pub fn is_of_screen(format: TextureFormat) -> bool {
     matches!(format, TextureFormat::Rgba8Unorm | TextureFormat::Rgba8UnormSrgb)
+}
+
+/// The brightness at which tone mapping of a picture begins; 1 is the maximum of an 8-bit channel.
+pub const BRIGHT: f32 = 0.8;
+
+/// Returns `true` if a format can store colors above 1.
+pub fn is_of_floats(format: TextureFormat) -> bool {
+    use TextureFormat as Format;
+    matches!(
+        format,
+        Format::R16Float
+            | Format::Rg16Float
+            | Format::Rgba16Float
+            | Format::R32Float
+            | Format::Rg32Float
+            | Format::Rgba32Float
+            | Format::Rg11b10Ufloat
+    )
+}
+
+/// Returns the note that the colors of a picture are tone mapped for a screen; `None` if its format has none above 1.
+pub fn tone_mapping(name: &str, format: TextureFormat) -> Option<Diagnostic> {
+    let message = format!("\"{name}\" is {format:?}: colors above {BRIGHT} are tone mapped");
+    let note = Diagnostic::warning(codes::PICTURE, Place::Nowhere, message).severity(Severity::Note).help(
+        "`umbragraph render --out FILE.exr` writes the numbers themselves; a pass of the pipeline can tone map",
+    );
+    is_of_floats(format).then_some(note)
+}
+
+/// Returns the warning that a picture is without lights, which no pass reads; `None` if there are no such lights.
+pub fn without_lights<'a>(names: impl Iterator<Item = &'a str>) -> Option<Diagnostic> {
+    let names: Vec<&str> = names.collect();
+    let message = format!("no pass of the pipeline reads the lights {}", list_of(&names));
+    let warning = Diagnostic::warning(super::codes::UNREAD_LIGHTS, Place::Nowhere, message)
+        .help("the picture is without them; pipelines/awsm.json takes every kind of light");
+    (!names.is_empty()).then_some(warning)
 }
 
 /// Returns the name of the final picture as [`picture_of`] does, but accepts any color format.

@@ -9,12 +9,6 @@ umbragraph::low_level::codes! {
     /// A setting on the command line without a value.
     SETTING_FORM = "UG0005", "not a setting",
         "Settings on the command line are written NAME=VALUE; the value is JSON, a word of an enumeration, or `on` or `off` where a boolean is declared.";
-    /// A machine without a usable adapter.
-    NO_ADAPTER = "UG0801", "no graphics adapter",
-        "No Vulkan, Metal, DX12 or GL adapter was found. On Debian and Ubuntu `apt install mesa-vulkan-drivers` gives a software one. Checking pipelines needs none.";
-    /// Lights of the scene that no pass reads.
-    UNREAD_LIGHTS = "UG0811", "lights without a part in the picture",
-        "The scene has lights that no pass of the pipeline reads, such as spots and point lights where the pipeline lights with one directional light alone. A pipeline with a `light_list` takes every kind.";
     /// Shadows that cannot be compared with ray-traced ones.
     SCORE = "UG0812", "nothing to score",
         "`umbragraph score` asks a pipeline for its shadow term, a picture of how much of the lights arrives, white where all does, with alpha 1 where there is geometry: the picture that it makes where its parameter `debug_view` is `shadow_term`. So a pipeline declares `\"debug_view\": { \"type\": \"enum\", \"values\": [\"off\", \"shadow_term\"], \"default\": \"off\" }`, and its shaders write the visibility instead of the color then; what extends `umbragraph:base/forward.json` has the parameter, and the templates `forward`, `lit` and `deferred` have the axis `debug_mode` for it. The scene needs a light that casts shadows, and surfaces in view of its camera.";
@@ -24,9 +18,6 @@ umbragraph::low_level::codes! {
     /// Parameters that cannot be tuned.
     TUNE = "UG0814", "nothing to tune",
         "`umbragraph tune --over NAME,…` searches the ranges of parameters: numbers, lists of them and booleans. A name that is no parameter, an enumeration, whose words have no order, a feature, a number without a range, and a parameter on which no pixel of the shadow term depends cannot be tuned.";
-    /// An environment picture that cannot be used.
-    ENVIRONMENT = "UG0815", "unusable environment",
-        "`umbragraph render --environment FILE` takes an equirectangular picture, a Radiance .hdr or an OpenEXR .exr, for pipelines with an imported texture `environment` of the format rgba16float and a feature `environment`, such as pipelines/umbra.json. Where the feature is on, the picture has to be given.";
     /// A viewer that cannot be started.
     VIEWER = "UG0816", "no viewer",
         "`umbragraph view` starts the program `umbragraph-view`, which lies beside the command or on PATH. It is installed by itself, since a window needs much that the command does not: `cargo install --path view`.";

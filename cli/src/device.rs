@@ -1,13 +1,12 @@
 //! A graphics device for pictures without a window.
 
-mod environment;
 mod messages;
 
-use self::environment::Wanted;
-use umbragraph::diagnostic::{Diagnostic, Place, codes, list_of};
+use umbragraph::diagnostic::{Diagnostic, Place, codes};
+use umbragraph::low_level::adapter::{Wanted, device_descriptor};
 use umbragraph::low_level::pipeline::TypedPipeline;
 use umbragraph::low_level::shader::TargetProfile;
-use wgpu::{Adapter, Backend, Backends, Device, DeviceType, Instance, InstanceDescriptor, Queue};
+use wgpu::{Adapter, Backends, Device, Instance, InstanceDescriptor, Queue};
 
 /// A graphics device with its queue, its adapter and the adapter's name.
 pub(crate) struct Graphics {
@@ -39,16 +38,11 @@ pub(crate) fn chosen(named: Option<&str>) -> Result<String, Diagnostic> {
 fn choose(named: Option<&str>) -> Result<(String, Adapter), Diagnostic> {
     let wanted = Wanted::new(named)?;
     // OpenGL last: it has less, and it has to be asked only where nothing else is there or it is called by its name.
-    let mut adapters = match wanted.backends {
-        Some(backends) => found(backends, &wanted),
-        None => found(Backends::PRIMARY, &wanted),
-    };
+    let mut adapters = found(wanted.backends.unwrap_or(Backends::PRIMARY));
     if wanted.backends.is_none() && (adapters.is_empty() || wanted.name.is_some()) {
-        adapters = found(Backends::all(), &wanted);
+        adapters = found(Backends::all());
     }
-    let adapters = named_as(adapters, &wanted)?;
-    unambiguous(&adapters, &wanted)?;
-    adapters.into_iter().next().ok_or_else(|| nothing(&wanted))
+    wanted.best(adapters)
 }
 
 /// Opens a device on an adapter, with all WebGPU features and limits that the adapter supports.
@@ -56,14 +50,7 @@ fn choose(named: Option<&str>) -> Result<(String, Adapter), Diagnostic> {
 /// # Errors
 /// The adapter provides no device.
 pub(crate) fn request(name: &str, adapter: &Adapter) -> Result<(Device, Queue), Diagnostic> {
-    let wanted = wgpu::Features::all_webgpu_mask() | wgpu::Features::TIMESTAMP_QUERY_INSIDE_ENCODERS;
-    let descriptor = wgpu::DeviceDescriptor {
-        label: Some("umbragraph"),
-        required_features: adapter.features() & wanted,
-        required_limits: adapter.limits(),
-        ..wgpu::DeviceDescriptor::default()
-    };
-    pollster::block_on(adapter.request_device(&descriptor)).map_err(|error| {
+    pollster::block_on(adapter.request_device(&device_descriptor(adapter))).map_err(|error| {
         Diagnostic::error(codes::DEVICE, Place::Nowhere, format!("{name} gives no device: {error}")).help(
             "update the driver, close what uses up its memory, or choose another adapter (`umbragraph adapters` lists them)",
         )
@@ -76,87 +63,15 @@ pub(crate) fn request(name: &str, adapter: &Adapter) -> Result<(Device, Queue), 
 /// No adapter, or an invalid value of an environment variable.
 pub(crate) fn all() -> Result<Vec<(String, Adapter)>, Diagnostic> {
     let wanted = Wanted::new(None)?;
-    named_as(found(wanted.backends.unwrap_or(Backends::all()), &wanted), &wanted)
+    wanted.among(found(wanted.backends.unwrap_or(Backends::all())))
 }
 
-/// Returns the adapters whose name or backend contains the wanted text, with their names.
-fn named_as(adapters: Vec<Adapter>, wanted: &Wanted) -> Result<Vec<(String, Adapter)>, Diagnostic> {
-    if adapters.is_empty() {
-        return Err(nothing(wanted));
-    }
-    let names = numbered(adapters.iter().map(name).collect());
-    let mut adapters: Vec<(String, Adapter)> = names.iter().cloned().zip(adapters).collect();
-    let Some((part, by)) = &wanted.name else { return Ok(adapters) };
-    // "NAME #1" is also a part of "NAME #10".
-    let is_whole = adapters.iter().any(|(name, _)| name == part);
-    adapters.retain(|(name, _)| match is_whole {
-        true => name == part,
-        false => name.to_lowercase().contains(&part.to_lowercase()),
-    });
-    if adapters.is_empty() {
-        let message = format!("no graphics adapter is called \"{part}\", as {by} asks for");
-        return Err(Diagnostic::error(crate::codes::NO_ADAPTER, Place::Nowhere, message)
-            .help(format!("there are {}", list_of(names))));
-    }
-    Ok(adapters)
-}
-
-/// Makes equal names distinct by adding a number, such as ` #2`.
-fn numbered(names: Vec<String>) -> Vec<String> {
-    let number = |at: usize, name: &String| {
-        let like = |names: &[String]| names.iter().filter(|other| *other == name).count();
-        if like(&names) > 1 { format!("{name} #{}", like(&names[..=at])) } else { name.clone() }
-    };
-    names.iter().enumerate().map(|(at, name)| number(at, name)).collect()
-}
-
-/// Rejects a wanted name that matches several adapters of the same name.
-fn unambiguous(adapters: &[(String, Adapter)], wanted: &Wanted) -> Result<(), Diagnostic> {
-    let (Some((part, by)), Some((_, best))) = (&wanted.name, adapters.first()) else { return Ok(()) };
-    let alike = adapters.iter().filter(|(_, adapter)| name(adapter) == name(best));
-    let names: Vec<&str> = alike.map(|(name, _)| name.as_str()).collect();
-    if names.len() < 2 {
-        return Ok(());
-    }
-    let count = names.len();
-    let message = format!("{count} graphics adapters are called \"{part}\", as {by} asks for");
-    Err(Diagnostic::error(crate::codes::NO_ADAPTER, Place::Nowhere, message)
-        .help(format!("name one with its number: {}", list_of(names))))
-}
-
-fn found(backends: Backends, wanted: &Wanted) -> Vec<Adapter> {
+fn found(backends: Backends) -> Vec<Adapter> {
     messages::listen();
     let descriptor = InstanceDescriptor { backends, ..InstanceDescriptor::new_without_display_handle() };
     // The variable of backends is read already, with an error where it says nonsense.
     let descriptor = InstanceDescriptor { backends, ..descriptor.with_env() };
-    let mut adapters = pollster::block_on(Instance::new(descriptor).enumerate_adapters(backends));
-    adapters.retain(|adapter| adapter.get_info().backend != Backend::Noop);
-    adapters.sort_by_key(|adapter| rank(adapter, wanted.low_power));
-    adapters
-}
-
-/// Returns the diagnostic for a machine without a matching adapter.
-fn nothing(wanted: &Wanted) -> Diagnostic {
-    let of = match wanted.backends {
-        Some(backends) => {
-            let names = backends.iter_names().map(|(name, _)| name.to_lowercase());
-            format!(" of {}, as WGPU_BACKEND asks for,", list_of(names))
-        }
-        None => String::new(),
-    };
-    let message = format!("no graphics adapter{of} was found");
-    let drivers = ["VK_DRIVER_FILES", "VK_ICD_FILENAMES"].into_iter();
-    let help = match drivers.filter_map(|name| Some((name, std::env::var_os(name)?))).next() {
-        Some((name, files)) => {
-            let files = files.to_string_lossy();
-            format!("{name} lets no driver through but \"{files}\": unset it, or correct it")
-        }
-        None => {
-            "install a driver; on Debian and Ubuntu `apt install mesa-vulkan-drivers` gives one in software"
-                .to_owned()
-        }
-    };
-    Diagnostic::error(crate::codes::NO_ADAPTER, Place::Nowhere, message).help(help)
+    pollster::block_on(Instance::new(descriptor).enumerate_adapters(backends))
 }
 
 /// Returns the target profile of a pipeline on an adapter: limited to what the adapter supports, with the device
@@ -175,44 +90,9 @@ impl Graphics {
         flags.contains(wgpu::DownlevelFlags::COMPUTE_SHADERS)
     }
 
-    /// Returns `true` if OpenGL draws.
-    pub(crate) fn is_opengl(&self) -> bool {
-        self.adapter.get_info().backend == Backend::Gl
-    }
-
     /// Returns the target profile of a pipeline on this device: limited to what the device supports, with the device
     /// features that the pipeline can use.
     pub(crate) fn profile(&self, pipeline: &TypedPipeline) -> TargetProfile {
         profile_on(pipeline, &self.adapter)
     }
-}
-
-/// Returns the name and the backend of an adapter.
-pub(crate) fn name(adapter: &Adapter) -> String {
-    let info = adapter.get_info();
-    format!("{} ({})", info.name, info.backend)
-}
-
-fn rank(adapter: &Adapter, low_power: bool) -> (bool, u8) {
-    let info = adapter.get_info();
-    let kind = match info.device_type {
-        DeviceType::DiscreteGpu => {
-            if low_power {
-                1
-            } else {
-                0
-            }
-        }
-        DeviceType::IntegratedGpu => {
-            if low_power {
-                0
-            } else {
-                1
-            }
-        }
-        DeviceType::VirtualGpu => 2,
-        DeviceType::Other => 3,
-        DeviceType::Cpu => 4,
-    };
-    (info.backend == Backend::Gl, kind)
 }

@@ -9,9 +9,10 @@ use umbragraph::low_level::camera_path::{CameraPath, Key};
 use umbragraph::low_level::files::replace;
 
 use crate::actions::{Action, KEYED};
-use crate::app::{Below, Viewer};
+use crate::app::Viewer;
 use crate::camera::{Mode, View};
 use crate::clock::STEP;
+use crate::dock::{Dock, Pane};
 use crate::files;
 use crate::graph::Selected;
 use crate::output::{Clip, Picture, command_line};
@@ -22,7 +23,6 @@ use crate::values::Values;
 impl Viewer {
     /// Executes an action. `state` is needed by actions that read back the frame.
     pub(crate) fn act(&mut self, action: Action, context: &egui::Context, state: Option<&RenderState>) {
-        let toggled = |below: &mut Option<Below>, wanted| *below = (*below != Some(wanted)).then_some(wanted);
         match action {
             Action::Play => self.clock.is_playing = !self.clock.is_playing,
             Action::Step => {
@@ -56,10 +56,16 @@ impl Viewer {
                     self.stage.touch();
                 }
             }
-            Action::Parameters => self.has_values = !self.has_values,
-            Action::Graph => toggled(&mut self.below, Below::Graph),
-            Action::Times => toggled(&mut self.below, Below::Times),
-            Action::Notices => toggled(&mut self.below, Below::Notices),
+            Action::Panel(pane) => match self.dock.is_shown(pane) {
+                true => self.close_panel(pane),
+                false => self.dock.open(pane, true),
+            },
+            Action::NextPanel(by) => self.dock.focus(context, by),
+            Action::ResetPanels => {
+                self.dock = Dock::default();
+                self.dock.open(Pane::Inspector, self.inspector.selected.is_some());
+            }
+            Action::Turn(turn, by) => self.turn(turn, by),
             Action::Help => self.has_help = !self.has_help,
             Action::Screenshot => {
                 let said = self.screenshot(state);
@@ -93,7 +99,14 @@ impl Viewer {
                 self.say(said);
             }
             Action::ResetAll => self.values = Values::default(),
-            Action::Search => (self.has_values, self.wants_search) = (true, true),
+            Action::Search => {
+                self.dock.open(Pane::Values, true);
+                self.wants_search = true;
+            }
+            Action::SearchGraph => {
+                self.dock.open(Pane::Graph, true);
+                self.wants_graph_search = true;
+            }
             Action::Previous => self.select_beside(-1),
             Action::Next => self.select_beside(1),
             Action::Close => (self.inspector.selected, self.has_help) = (None, false),
@@ -210,6 +223,9 @@ impl Viewer {
         if self.clock.time != 0.0 {
             option("--at", self.clock.time.to_string());
         }
+        if let Some(file) = &self.arguments.environment {
+            option("--environment", path(file));
+        }
         if let Some(folder) = &self.arguments.templates {
             option("--templates", path(folder));
         }
@@ -245,6 +261,9 @@ impl Viewer {
             Selected::Pass(name) => format!("pass {name}"),
             Selected::Resource(name) => format!("resource {name}"),
         });
+        let shown: Vec<&str> = self.dock.shown().iter().map(|pane| pane.title()).collect();
+        let below = [Pane::Graph, Pane::Times, Pane::Notices].into_iter();
+        let below = below.map(|pane| pane.title()).find(|title| shown.contains(title));
         let values = &self.values;
         let Value::Object(state) = json!({
             "frames": self.stage.index,
@@ -262,14 +281,16 @@ impl Viewer {
             "errors": errors,
             "warnings": self.stage.warnings().0.iter().map(|one| one.message.clone()).collect::<Vec<_>>(),
             "passes": plan.map(|plan| plan.passes.iter().map(|pass| pass.name.clone()).collect::<Vec<_>>()),
+            "kept_bytes": self.stage.kept.bytes(),
             "planned": plan.map(|plan| parameters::state(plan)),
             "features": plan.map(|plan| parameters::features(plan)),
             "given": {
                 "preset": values.preset, "parameters": values.parameters,
                 "features": values.features, "toggles": values.toggles,
             },
-            "panel": { "search": self.panel.search, "only given": self.panel.only_given, "open": self.has_values },
-            "below": self.below.map(|below| format!("{below:?}")),
+            "panel": { "search": self.panel.search, "only given": self.panel.only_given, "open": self.dock.is_shown(Pane::Values) },
+            "panels": shown,
+            "below": below,
             "help": self.has_help,
             "pointer": { "at": at.map(|at| [at.x.round(), at.y.round()]), "down": is_down },
             "focused": context.input(|input| input.focused),
@@ -279,6 +300,7 @@ impl Viewer {
             "not_captured": self.inspector.contents.error,
             "clip": self.clip.as_ref().map(Clip::len),
             "message": self.message.0,
+            "times": self.timings.state(),
             "timed": self.timings.whole_frames().map(|_| true),
             "scene": self.arguments.scene.display().to_string(),
             "pipeline": self.arguments.pipeline.display().to_string(),

@@ -1,4 +1,4 @@
-//! The window: bars above and below, panels at the sides, and the live frame between them.
+//! The window: bars above and below, and between them the live frame with panels around it ([`crate::dock`]).
 //!
 //! Nothing here draws a pipeline ([`Stage`] does) or knows a control ([`crate::parameters`], [`crate::graph`],
 //! [`crate::inspector`], [`crate::timings`], [`crate::notices`]): it says what is where, and carries actions out
@@ -17,6 +17,7 @@ use crate::arguments::Arguments;
 use crate::camera::View;
 use crate::capture::{Planned, Planning, Request};
 use crate::clock::{Clock, Resolution};
+use crate::dock::{Dock, FOCUS, Pane};
 use crate::graph::{Selected, report};
 use crate::inspector::{Inspector, Wish};
 use crate::output::{Clip, Picture};
@@ -29,14 +30,6 @@ use crate::values::Values;
 
 /// The delay between the last change of the frame's area and the change of the frame's resolution.
 const SIZE_SETTLES: Duration = Duration::from_millis(150);
-
-/// The panel that is open below the frame.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Below {
-    Graph,
-    Times,
-    Notices,
-}
 
 /// The application: the state of the window and its panels.
 pub(crate) struct Viewer {
@@ -55,10 +48,14 @@ pub(crate) struct Viewer {
     /// The report of the running plan, shown as the graph; `None` if there is no plan.
     pub(crate) report: Option<Report>,
     pub(crate) search: String,
-    pub(crate) below: Option<Below>,
-    pub(crate) has_values: bool,
+    pub(crate) dock: Dock,
+    /// The selection of the inspector in the last frame; a new one opens it.
+    was_selected: Option<Selected>,
+    /// Whether a control had the keyboard at the end of the last frame.
+    had_focus: bool,
     pub(crate) has_help: bool,
     pub(crate) wants_search: bool,
+    pub(crate) wants_graph_search: bool,
     pub(crate) places: Places,
     pub(crate) clip: Option<Clip>,
     /// The message in the status bar, and whether it is an error.
@@ -93,10 +90,11 @@ impl Viewer {
         let places =
             Places::new(arguments.log_state.as_deref()).map_err(|error| format!("--log-state: {error}\n"))?;
         let stage = Stage::new(&arguments, state, &context.egui_ctx).map_err(|error| error.to_string())?;
+        let environment = arguments.environment.as_ref().map(|_| ("environment".to_owned(), true.into()));
         let values = Values {
             preset: arguments.preset.clone(),
             parameters: arguments.set.iter().cloned().collect(),
-            features: arguments.feature.iter().cloned().collect(),
+            features: arguments.feature.iter().cloned().chain(environment).collect(),
             toggles: arguments.toggle.iter().cloned().collect(),
         };
         let info = state.adapter.get_info();
@@ -114,10 +112,12 @@ impl Viewer {
             timings: Timings::default(),
             report: None,
             search: String::new(),
-            below: Some(Below::Graph),
-            has_values: true,
+            dock: Dock::default(),
+            was_selected: None,
+            had_focus: false,
             has_help: false,
             wants_search: false,
+            wants_graph_search: false,
             places,
             clip: None,
             message: (String::new(), false),
@@ -142,14 +142,30 @@ impl Viewer {
         };
     }
 
-    /// Updates and shows the frame in the central area of the window.
-    fn frame(&mut self, ui: &mut egui::Ui, state: &RenderState) {
+    /// Shows the frame in its panel, and moves the camera.
+    pub(crate) fn frame(&mut self, ui: &mut egui::Ui) {
         let area = ui.available_rect_before_wrap();
         let response = ui.allocate_rect(area, egui::Sense::click_and_drag());
         self.places.note("frame", &response);
         self.follow_path();
         self.steer(ui, &response);
         self.fit(ui, area.size());
+        if let Some((id, _)) = self.stage.targets.shown() {
+            let whole = egui::Rect::from_min_max(egui::pos2(0.0, 0.0), egui::pos2(1.0, 1.0));
+            ui.painter().image(id, area, whole, Color32::WHITE);
+        } else {
+            let words = if self.stage.error().is_some() { "" } else { "loading …" };
+            let font = egui::FontId::proportional(16.0);
+            ui.painter().text(area.center(), egui::Align2::CENTER_CENTER, words, font, Color32::GRAY);
+        }
+        if response.has_focus() {
+            let stroke = egui::Stroke::new(2.0, FOCUS);
+            ui.painter().rect_stroke(area, 0.0, stroke, egui::StrokeKind::Inside);
+        }
+    }
+
+    /// Draws the next frame, if there is anything to draw.
+    fn update(&mut self, state: &RenderState, context: &egui::Context) {
         // Callbacks of the device come with a poll.
         let _ = state.device.poll(wgpu::PollType::Poll);
         if let Some(milliseconds) = self.stage.take_frame_time() {
@@ -166,23 +182,15 @@ impl Viewer {
                 }
             }
             let shot = Shot { size, values: &self.values, view: self.view.as_ref(), time: self.clock.time };
-            let is_drawn = self.stage.update(state, shot, ui.ctx());
+            let is_drawn = self.stage.update(state, shot, context);
             if is_drawn {
                 self.drawn(state);
             }
             self.notice_plan();
-            self.capture(state, ui.ctx(), size);
-        }
-        if let Some((id, _)) = self.stage.targets.shown() {
-            let whole = egui::Rect::from_min_max(egui::pos2(0.0, 0.0), egui::pos2(1.0, 1.0));
-            ui.painter().image(id, area, whole, Color32::WHITE);
-        } else {
-            let words = if self.stage.error().is_some() { "" } else { "loading …" };
-            let font = egui::FontId::proportional(16.0);
-            ui.painter().text(area.center(), egui::Align2::CENTER_CENTER, words, font, Color32::GRAY);
+            self.capture(state, context, size);
         }
         if self.stage.is_busy() || self.resolution.is_moving() {
-            ui.ctx().request_repaint_after(Duration::from_millis(8));
+            context.request_repaint_after(Duration::from_millis(8));
         }
     }
 
@@ -244,18 +252,18 @@ impl Viewer {
         }
         let is_broken = self.stage.error().is_some();
         if is_broken && !self.was_broken {
-            self.below = Some(Below::Notices);
+            self.dock.open(Pane::Notices, true);
         }
         self.was_broken = is_broken;
     }
 
     /// Shows the panel of parameters, features and toggles, and its save buttons.
-    fn values_panel(&mut self, ui: &mut egui::Ui) {
+    pub(crate) fn values_panel(&mut self, ui: &mut egui::Ui) {
         let Some(plan) = self.stage.plan.clone() else { return };
         let document = self.stage.pipeline().map(|pipeline| pipeline.document().clone());
         let mut saves = Vec::new();
-        egui::Panel::bottom("save").show_separator_line(true).show(ui, |ui| {
-            ui.add_space(4.0);
+        let frame = egui::Frame::new().inner_margin(egui::Margin { top: 6, bottom: 2, ..Default::default() });
+        egui::Panel::bottom("save").show_separator_line(true).frame(frame).show(ui, |ui| {
             ui.horizontal(|ui| {
                 use actions::Action;
                 for (label, action) in [
@@ -281,29 +289,28 @@ impl Viewer {
         }
     }
 
-    /// Shows the selected panel below the frame.
-    fn below(&mut self, ui: &mut egui::Ui, below: Below) {
-        match below {
-            Below::Graph => {
-                let Some(report) = &self.report else { return };
-                let selected = self.inspector.selected.as_ref();
-                let clicked = crate::graph::show(ui, report, selected, &mut self.search, &mut self.places);
-                if let Some(clicked) = clicked {
-                    self.inspector.select(clicked, report);
-                }
-            }
-            Below::Times => {
-                let clicked = self.timings.show(ui, self.stage.has_gpu_times, &mut self.places);
-                if let (Some(pass), Some(report)) = (clicked, &self.report) {
-                    self.inspector.select(Selected::Pass(pass), report);
-                }
-            }
-            Below::Notices => self.notices(ui),
+    /// Shows the graph of passes and resources.
+    pub(crate) fn graph_panel(&mut self, ui: &mut egui::Ui) {
+        let Some(report) = &self.report else { return };
+        let selected = self.inspector.selected.as_ref();
+        let is_searched = std::mem::take(&mut self.wants_graph_search);
+        let search = (&mut self.search, is_searched);
+        let clicked = crate::graph::show(ui, report, selected, search, &mut self.places);
+        if let Some(clicked) = clicked {
+            self.inspector.select(clicked, report);
+        }
+    }
+
+    /// Shows the times of the passes.
+    pub(crate) fn times_panel(&mut self, ui: &mut egui::Ui) {
+        let clicked = self.timings.show(ui, self.stage.has_gpu_times, &mut self.places);
+        if let (Some(pass), Some(report)) = (clicked, &self.report) {
+            self.inspector.select(Selected::Pass(pass), report);
         }
     }
 
     /// Shows the inspector beside the frame and carries out its requests.
-    fn inspect(&mut self, ui: &mut egui::Ui) {
+    pub(crate) fn inspect(&mut self, ui: &mut egui::Ui) {
         let (Some(plan), Some(report)) = (&self.stage.plan, &self.report) else { return };
         match self.inspector.show(ui, plan, report, &self.timings, &mut self.places) {
             Some(Wish::Select(selected)) => self.inspector.select(selected, report),
@@ -318,7 +325,7 @@ impl eframe::App for Viewer {
     fn ui(&mut self, ui: &mut egui::Ui, frame: &mut eframe::Frame) {
         let Some(state) = frame.wgpu_render_state().cloned() else { return };
         let context = ui.ctx().clone();
-        for action in actions::pressed(&context) {
+        for action in actions::pressed(&context, self.had_focus) {
             self.act(action, &context, Some(&state));
         }
         self.take_dropped(&context);
@@ -330,27 +337,14 @@ impl eframe::App for Viewer {
         }
         egui::Panel::top("bar").show(ui, |ui| self.bar(ui, &state));
         egui::Panel::bottom("status").show(ui, |ui| self.status(ui));
-        if self.has_values {
-            egui::Panel::left("values").exact_size(420.0).show(ui, |ui| {
-                ui.set_min_size(ui.available_size());
-                self.values_panel(ui);
-            });
+        egui::CentralPanel::no_frame().show(ui, |ui| self.panels(ui));
+        self.update(&state, &context);
+        if self.inspector.selected != self.was_selected {
+            self.dock.open(Pane::Inspector, self.inspector.selected.is_some());
+            self.was_selected.clone_from(&self.inspector.selected);
+            context.request_repaint();
         }
-        if self.inspector.selected.is_some() {
-            // Of one size, so that nothing moves under the pointer when the contents change.
-            egui::Panel::right("inspector").exact_size(400.0).show(ui, |ui| {
-                ui.set_min_size(ui.available_size());
-                self.inspect(ui);
-            });
-        }
-        if let Some(below) = self.below {
-            egui::Panel::bottom("below").resizable(true).default_size(250.0).min_size(80.0).show(ui, |ui| {
-                // A panel is as large as what is in it: also while there is nothing yet.
-                ui.set_min_size(ui.available_size());
-                self.below(ui, below);
-            });
-        }
-        egui::CentralPanel::no_frame().show(ui, |ui| self.frame(ui, &state));
+        self.had_focus = context.memory(|memory| memory.focused().is_some());
         actions::help(&context, &mut self.has_help);
         if self.places.is_on() {
             let log = self.state(&context);

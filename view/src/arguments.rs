@@ -15,6 +15,14 @@ pub(crate) struct Arguments {
     /// The scene: a .glb or .gltf file.
     #[arg(long, value_name = "FILE")]
     pub(crate) scene: PathBuf,
+    /// An equirectangular picture (.hdr or .exr) as light and background. Switches the pipeline's feature "environment"
+    /// on.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) environment: Option<PathBuf>,
+    /// Uses the adapter whose name or backend contains this text; `umbragraph adapters` lists them. By default,
+    /// WGPU_ADAPTER_NAME, WGPU_BACKEND and WGPU_POWER_PREF select the adapter, or else the best one is taken.
+    #[arg(long, value_name = "NAME")]
+    pub(crate) adapter: Option<String>,
     /// A folder with shader templates that replace or extend the bundled ones.
     #[arg(long, value_name = "FOLDER")]
     pub(crate) templates: Option<PathBuf>,

@@ -7,9 +7,10 @@ use umbragraph::low_level::report::bytes_in_words;
 use umbragraph::low_level::source::Sources;
 
 use crate::actions::{Action, KEYED, key_of};
-use crate::app::{Below, Viewer};
+use crate::app::Viewer;
 use crate::camera::Mode;
 use crate::clock::STEPS;
+use crate::dock::Pane;
 use crate::notices;
 
 impl Viewer {
@@ -37,19 +38,45 @@ impl Viewer {
             self.button(ui, clip, "clip", Action::Clip, is_clip, &mut actions);
             self.button(ui, "Copy command", "copy command", Action::CopyCommand, false, &mut actions);
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
-                let below = self.below;
                 self.button(ui, "?", "help", Action::Help, self.has_help, &mut actions);
-                let notices = below == Some(Below::Notices);
-                self.button(ui, "Notices", "notices", Action::Notices, notices, &mut actions);
-                self.button(ui, "Times", "times", Action::Times, below == Some(Below::Times), &mut actions);
-                self.button(ui, "Graph", "graph", Action::Graph, below == Some(Below::Graph), &mut actions);
-                self.button(ui, "Values", "values", Action::Parameters, self.has_values, &mut actions);
+                self.layout_menu(ui, &mut actions);
+                for pane in [Pane::Notices, Pane::Times, Pane::Graph, Pane::Values] {
+                    let (title, is_shown) = (pane.title(), self.dock.is_shown(pane));
+                    let name = title.to_lowercase();
+                    self.button(ui, title, &name, Action::Panel(pane), is_shown, &mut actions);
+                }
             });
         });
         ui.add_space(3.0);
         for action in actions {
             self.act(action, ui.ctx(), Some(state));
         }
+    }
+
+    /// Shows the menu of the panels: which are open, and the default layout.
+    fn layout_menu(&mut self, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
+        let menu = ui.menu_button("Layout", |ui| {
+            for pane in Pane::ALL.into_iter().filter(|pane| *pane != Pane::Frame) {
+                let mut is_open = self.dock.is_open(pane);
+                let key = key_of(Action::Panel(pane));
+                let open = ui.checkbox(&mut is_open, format!("{}   {key}", pane.title()));
+                self.places.note(&format!("open {}", pane.title()), &open);
+                if open.clicked() {
+                    match is_open {
+                        true => self.dock.open(pane, true),
+                        false => self.close_panel(pane),
+                    }
+                }
+            }
+            ui.separator();
+            let reset = ui.button("Reset layout");
+            self.places.note("reset layout", &reset);
+            if reset.clicked() {
+                actions.push(Action::ResetPanels);
+                ui.close();
+            }
+        });
+        self.places.note("layout menu", &menu.response);
     }
 
     fn button(
@@ -132,7 +159,7 @@ impl Viewer {
             let status = ui.link(RichText::new(words).color(color).strong());
             self.places.note("status", &status);
             if status.clicked() {
-                self.below = Some(Below::Notices);
+                self.dock.open(Pane::Notices, true);
             }
             ui.separator();
             if let Some((_, [width, height])) = self.stage.targets.shown() {

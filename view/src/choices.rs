@@ -4,9 +4,9 @@
 //! buffer, can be compared, as any pass leaves it.
 
 use eframe::egui;
-use umbragraph::Plan;
 use umbragraph::low_level::report::Report;
 use umbragraph::low_level::sheet::{Content, is_volume};
+use umbragraph::{Plan, wgpu};
 
 use crate::buffers::size_of;
 use crate::contents::{Contents, cannot};
@@ -65,6 +65,52 @@ impl Look {
     }
 }
 
+/// The parts of a texture among which a look chooses.
+pub(crate) struct Parts {
+    pub(crate) mips: u32,
+    pub(crate) samples: u32,
+    pub(crate) has_both_aspects: bool,
+    is_volume: bool,
+    /// The layers of an array, or the slices of mip level 0 of a volume.
+    all_layers: u32,
+}
+
+impl Parts {
+    /// The parts of a resource; one of each for what is no texture.
+    pub(crate) fn of(plan: &Plan, name: &str) -> Self {
+        let resource = plan.resources.get(name);
+        let [mips, layers, samples] = match resource.and_then(|one| one.size) {
+            Some(size) => [size.mips, size.layers, size.samples],
+            None => [1; 3],
+        };
+        // A stencil of several samples cannot be copied to a buffer.
+        let format = resource.and_then(|one| one.format).filter(|_| samples == 1);
+        let has_both = |format: wgpu::TextureFormat| format.has_depth_aspect() && format.has_stencil_aspect();
+        Self {
+            mips,
+            samples,
+            has_both_aspects: format.is_some_and(has_both),
+            is_volume: is_volume(plan, name),
+            all_layers: layers,
+        }
+    }
+
+    /// The number of layers, or of slices of a mip level.
+    pub(crate) fn layers(&self, mip: u32) -> u32 {
+        if self.is_volume { (self.all_layers >> mip.min(31)).max(1) } else { self.all_layers }
+    }
+}
+
+/// The names of the resources that a texture, or a buffer, can be compared with.
+pub(crate) fn comparable<'a>(
+    plan: &'a Plan,
+    report: &'a Report,
+    is_buffer: bool,
+) -> impl Iterator<Item = &'a String> {
+    let names = report.resources.iter().map(|one| &one.name);
+    names.filter(move |name| cannot(plan, name).is_none() && size_of(plan, name).is_some() == is_buffer)
+}
+
 impl Contents {
     /// Shows all choices. `versions` are the passes that write the resource, with the position of the shown one.
     pub(crate) fn choices(
@@ -92,9 +138,21 @@ impl Contents {
                 self.forget();
             }
         });
-        let fitted = self.drawn.as_ref().and_then(|drawn| drawn.channels.first());
-        let fitted = fitted.map_or([0.0, 1.0], |channel| [channel.min, channel.max]);
-        ui.horizontal(|ui| range(ui, &mut self.look.range, fitted, places));
+        let fitted = self.fitted();
+        let is_typed = std::mem::take(&mut self.wants_range);
+        ui.horizontal(|ui| range(ui, &mut self.look.range, fitted, is_typed, places));
+    }
+
+    /// Begins a range of one's own, and gives its first number the keyboard; ends one that is there.
+    pub(crate) fn turn_range(&mut self) {
+        self.wants_range = self.look.range.is_none();
+        self.look.range = self.wants_range.then(|| self.fitted());
+    }
+
+    /// The range of the shown contents.
+    fn fitted(&self) -> [f32; 2] {
+        let channel = self.drawn.as_ref().and_then(|drawn| drawn.channels.first());
+        channel.map_or([0.0, 1.0], |channel| [channel.min, channel.max])
     }
 }
 
@@ -152,10 +210,7 @@ fn against(ui: &mut egui::Ui, look: &mut Look, plan: &Plan, report: &Report, pla
             if is_before.clicked() {
                 look.against = None;
             }
-            for name in report.resources.iter().map(|one| &one.name) {
-                if cannot(plan, name).is_some() || size_of(plan, name).is_some() != is_buffer {
-                    continue;
-                }
+            for name in comparable(plan, report, is_buffer) {
                 let is_chosen = look.against.as_ref().is_some_and(|(known, _)| known == name);
                 let one = ui.selectable_label(is_chosen, name);
                 places.note(&format!("against {name}"), &one);
@@ -181,18 +236,17 @@ fn against(ui: &mut egui::Ui, look: &mut Look, plan: &Plan, report: &Report, pla
 
 /// Shows the mip level, the layer or slice, and the sample.
 fn part(ui: &mut egui::Ui, look: &mut Look, plan: &Plan, places: &mut Places) {
-    let Some(size) = plan.resources.get(&look.name).and_then(|one| one.size) else { return };
-    look.mip = look.mip.min(size.mips - 1);
-    if size.mips > 1 {
-        let mip = egui::DragValue::new(&mut look.mip).range(0..=size.mips - 1).prefix("mip ").speed(0.05);
+    let parts = Parts::of(plan, &look.name);
+    look.mip = look.mip.min(parts.mips - 1);
+    if parts.mips > 1 {
+        let mip = egui::DragValue::new(&mut look.mip).range(0..=parts.mips - 1).prefix("mip ").speed(0.05);
         places.note("mip", &ui.add(mip));
     }
-    let is_volume = is_volume(plan, &look.name);
-    let layers = if is_volume { (size.layers >> look.mip.min(31)).max(1) } else { size.layers };
+    let layers = parts.layers(look.mip);
     look.layer = look.layer.map(|layer| layer.min(layers - 1)).filter(|_| layers > 1);
     if layers > 1 {
         let is_cube = Content::of(plan, &look.name).is_some_and(|content| content.is_cube);
-        let word = if is_volume { "slice" } else { "layer" };
+        let word = if parts.is_volume { "slice" } else { "layer" };
         let label = |layer: u32| layer_name(word, layer, layers, is_cube);
         let text = look.layer.map_or(format!("all {word}s"), label);
         let list = egui::ComboBox::from_id_salt("layer").width(90.0).selected_text(text);
@@ -205,9 +259,9 @@ fn part(ui: &mut egui::Ui, look: &mut Look, plan: &Plan, places: &mut Places) {
         });
         places.note("layer", &list.response);
     }
-    look.sample = look.sample.min(size.samples - 1);
-    if size.samples > 1 {
-        let max = size.samples - 1;
+    look.sample = look.sample.min(parts.samples - 1);
+    if parts.samples > 1 {
+        let max = parts.samples - 1;
         let sample = egui::DragValue::new(&mut look.sample).range(0..=max).prefix("sample ").speed(0.05);
         places.note("sample", &ui.add(sample));
     }
@@ -249,11 +303,7 @@ fn channels(ui: &mut egui::Ui, look: &mut Look, places: &mut Places) {
 
 /// Shows the choice between depth and stencil, if the texture has both. Returns `true` if it was changed.
 fn stencil(ui: &mut egui::Ui, look: &mut Look, plan: &Plan, places: &mut Places) -> bool {
-    let resource = plan.resources.get(&look.name);
-    // A stencil of several samples cannot be copied to a buffer.
-    let is_single = resource.and_then(|one| one.size).is_some_and(|size| size.samples == 1);
-    let format = resource.and_then(|one| one.format).filter(|_| is_single);
-    let has_both = format.is_some_and(|format| format.has_depth_aspect() && format.has_stencil_aspect());
+    let has_both = Parts::of(plan, &look.name).has_both_aspects;
     look.is_stencil &= has_both;
     if !has_both {
         return false;
@@ -263,8 +313,15 @@ fn stencil(ui: &mut egui::Ui, look: &mut Look, plan: &Plan, places: &mut Places)
     stencil.changed()
 }
 
-/// Shows the range of values from black to white; `fitted` is the range that a new choice begins with.
-fn range(ui: &mut egui::Ui, range: &mut Option<[f32; 2]>, fitted: [f32; 2], places: &mut Places) {
+/// Shows the range of values from black to white; `fitted` is the range that a new choice begins with. `is_typed` gives
+/// its first number the keyboard.
+fn range(
+    ui: &mut egui::Ui,
+    range: &mut Option<[f32; 2]>,
+    fitted: [f32; 2],
+    is_typed: bool,
+    places: &mut Places,
+) {
     let mut is_own = range.is_some();
     let own = ui.checkbox(&mut is_own, "range");
     places.note("own range", &own);
@@ -273,7 +330,11 @@ fn range(ui: &mut egui::Ui, range: &mut Option<[f32; 2]>, fitted: [f32; 2], plac
     }
     if let Some([min, max]) = range {
         let speed = ((*max - *min).abs() * 0.01).max(1e-5);
-        places.note("range min", &ui.add(egui::DragValue::new(min).speed(speed)));
+        let first = ui.add(egui::DragValue::new(min).speed(speed));
+        places.note("range min", &first);
+        if is_typed {
+            first.request_focus();
+        }
         ui.label("to");
         places.note("range max", &ui.add(egui::DragValue::new(max).speed(speed)));
     }

@@ -12,6 +12,7 @@ use umbragraph::low_level::sheet::{Content, Range, Sheet, sheet};
 use crate::buffers::{Field, compared, fields, layouts, size_of};
 use crate::capture::{Captured, Request};
 use crate::choices::{Look, Side};
+use crate::dock::FOCUS;
 use crate::histogram;
 use crate::inspector::versions;
 use crate::places::Places;
@@ -34,6 +35,8 @@ pub(crate) struct Contents {
     of: Request,
     pub(crate) drawn: Option<Drawn>,
     pub(crate) error: Option<String>,
+    /// Whether the range is to get the keyboard.
+    pub(crate) wants_range: bool,
     cursor: Option<([u32; 2], [f32; 4])>,
 }
 
@@ -209,6 +212,7 @@ impl Contents {
             "tile": drawn.look.tile,
             "tiles": self.tiles.iter().map(|one| one.label.clone()).collect::<Vec<_>>(),
             "channel": drawn.look.channel,
+            "range": drawn.look.range,
             "side": Side::ALL.iter().find(|one| one.0 == drawn.look.side).map(|one| one.1),
             "size": [drawn.sheet.width, drawn.sheet.height, drawn.layers],
             "channels": channels.collect::<Vec<_>>(),
@@ -269,20 +273,49 @@ fn picture(ui: &mut egui::Ui, drawn: &Drawn, cursor: &mut Option<([u32; 2], [f32
     let scale = (ui.available_width() / *width as f32)
         .min((ui.ctx().content_rect().height() * 0.55).max(120.0) / *height as f32);
     let size = vec2(*width as f32, *height as f32) * scale;
-    let (rect, response) = ui.allocate_exact_size(size, egui::Sense::hover());
+    let (rect, response) = ui.allocate_exact_size(size, egui::Sense::click());
     let whole = egui::Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
     ui.painter().image(drawn.texture.id(), rect, whole, Color32::WHITE);
     places.note("contents", &response);
-    if let Some(at) = response.hover_pos() {
+    let [left, top] = drawn.origin;
+    let mut texel = response.hover_pos().map(|at| {
         let at = (at - rect.min) / scale;
-        let [x, y] = [(at.x as u32).min(width - 1), (at.y as u32).min(height - 1)];
-        let [left, top] = drawn.origin;
+        [at.x as u32, at.y as u32]
+    });
+    if response.has_focus() {
+        // The pointer rests where it was: it moves the texel only when it moves itself.
+        let is_moved = ui.input(|input| input.pointer.delta() != egui::Vec2::ZERO);
+        let known = cursor.map(|([x, y], _)| [x.saturating_sub(left), y.saturating_sub(top)]);
+        let known = texel.filter(|_| is_moved).or(known).unwrap_or([width / 2, height / 2]);
+        texel = Some(moved(ui, response.id, known));
+    }
+    if let Some([x, y]) = texel.map(|[x, y]| [x.min(width - 1), y.min(height - 1)]) {
         let value = values.get(y as usize * *width as usize + x as usize);
         *cursor = value.map(|value| ([left + x, top + y], *value));
+        if response.has_focus() {
+            let corner = rect.min + vec2(x as f32, y as f32) * scale;
+            let texel = egui::Rect::from_min_size(corner, vec2(scale, scale)).expand(3.0);
+            ui.painter().rect_stroke(texel, 0.0, egui::Stroke::new(1.5, FOCUS), egui::StrokeKind::Outside);
+            ui.painter().rect_stroke(rect, 0.0, egui::Stroke::new(1.0, FOCUS), egui::StrokeKind::Outside);
+        }
     }
     let said = cursor.as_ref().map(|([x, y], value)| {
         let value: Vec<String> = value.iter().take(*channels).map(|one| shown(*one)).collect();
         format!("({x}, {y})  {}", value.join("  "))
     });
     ui.monospace(said.unwrap_or_else(|| format!("{width} × {height}, {channels} channels")));
+}
+
+/// The texel to which the arrow keys move from another, by 1 or, with shift, by 16 texels. The control `id` keeps the
+/// keyboard.
+fn moved(ui: &egui::Ui, id: egui::Id, [x, y]: [u32; 2]) -> [u32; 2] {
+    let arrows = egui::EventFilter { horizontal_arrows: true, vertical_arrows: true, ..Default::default() };
+    ui.memory_mut(|memory| memory.set_focus_lock_filter(id, arrows));
+    ui.input(|input| {
+        let step = if input.modifiers.shift { 16 } else { 1 };
+        let presses = |key| u32::try_from(input.num_presses(key)).unwrap_or_default() * step;
+        let along = |at: u32, less, more| at.saturating_add(presses(more)).saturating_sub(presses(less));
+        use egui::Key::{ArrowDown, ArrowLeft, ArrowRight, ArrowUp};
+        [along(x, ArrowLeft, ArrowRight), along(y, ArrowUp, ArrowDown)]
+    })
 }

@@ -8,6 +8,7 @@ use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
 use eframe::egui;
+use umbragraph::diagnostic::list_of;
 use umbragraph::low_level::camera_path::{CameraArgument, CameraPath};
 use umbragraph::low_level::document::{self, Document};
 use umbragraph::low_level::source::Sources;
@@ -49,8 +50,14 @@ impl Viewer {
                 Ok(format!("opened {name}"))
             }
             Some(Kind::Pipeline) => {
+                // A value that the new pipeline does not have would be an error of every plan.
+                let loaded = self.stage.library.load(&path).ok();
+                let gone =
+                    loaded.map(|pipeline| self.values.keep_known(pipeline.document())).unwrap_or_default();
                 self.stage.open_pipeline(&path);
-                Ok(format!("opened {name}"))
+                let reset =
+                    if gone.is_empty() { String::new() } else { format!("; it has no {}", list_of(gone)) };
+                Ok(format!("opened {name}{reset}"))
             }
             Some(Kind::Parameters) => {
                 // A broken file would be in the way of everything that is loaded after it.

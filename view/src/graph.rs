@@ -12,7 +12,9 @@ use umbragraph::low_level::compiler::build;
 use umbragraph::low_level::language::Lifetime;
 use umbragraph::low_level::report::{PassReport, Report, ResourceReport, bytes_in_words};
 
+use crate::dock::FOCUS;
 use crate::places::Places;
+use crate::steps::{Cursor, arrow, stepped};
 
 const COLUMN: f32 = 118.0;
 const BOX: egui::Vec2 = vec2(108.0, 36.0);
@@ -77,17 +79,19 @@ pub(crate) fn color_of(work: &str) -> Color32 {
     }
 }
 
-/// Shows the graph. Returns the pass or resource that was clicked.
+/// Shows the graph. Returns the pass or resource that was clicked. With the text of the search comes whether its field
+/// is to get the keyboard.
 pub(crate) fn show(
     ui: &mut egui::Ui,
     report: &Report,
     selected: Option<&Selected>,
-    search: &mut String,
+    (search, is_searched): (&mut String, bool),
     places: &mut Places,
 ) -> Option<Selected> {
-    legend(ui, report, search, places);
+    legend(ui, report, (search, is_searched), places);
     let wanted = search.to_lowercase();
     let lanes = lanes(report, &wanted);
+    let mut keys = Keys::new(ui, report, &lanes, selected);
     let size = vec2(
         GUTTER + report.passes.len() as f32 * COLUMN + 20.0,
         HEAD + BOX.y + 14.0 + lanes.len() as f32 * LANE + 10.0,
@@ -99,10 +103,12 @@ pub(crate) fn show(
         for (column, pass) in report.passes.iter().enumerate() {
             let is_selected = selected == Some(&Selected::Pass(pass.name.clone()));
             let is_found = wanted.is_empty() || pass.name.to_lowercase().contains(&wanted);
-            let response = pass_box(ui, origin, column, pass, [is_selected, is_found]);
+            let one = Selected::Pass(pass.name.clone());
+            let response = pass_box(ui, origin, column, pass, [is_selected, is_found], keys.sense(&one));
             places.note(&format!("pass {}", pass.name), &response);
+            keys.note(ui, one.clone(), &response);
             if response.clicked() {
-                clicked = Some(Selected::Pass(pass.name.clone()));
+                clicked = Some(one);
             }
         }
         for (at, lane) in lanes.iter().enumerate() {
@@ -110,21 +116,98 @@ pub(crate) fn show(
             draw_lane(ui, origin, top, at, lane, size.x);
             for resource in &lane.resources {
                 let is_selected = selected == Some(&Selected::Resource(resource.name.clone()));
-                let response = bar(ui, origin, top, resource, is_selected);
+                let one = Selected::Resource(resource.name.clone());
+                let response = bar(ui, origin, top, resource, is_selected, keys.sense(&one));
                 places.note(&format!("resource {}", resource.name), &response);
+                keys.note(ui, one.clone(), &response);
                 if response.clicked() {
-                    clicked = Some(Selected::Resource(resource.name.clone()));
+                    clicked = Some(one);
                 }
             }
         }
+        keys.step(ui, report, &lanes);
     });
     clicked
 }
 
-fn legend(ui: &mut egui::Ui, report: &Report, search: &mut String, places: &mut Places) {
+/// The pass or resource of the graph that the keyboard reaches. There is one at a time, so that Tab goes on to the next
+/// panel.
+struct Keys {
+    cursor: Option<Cursor>,
+    /// The identities of all passes and resources of this frame.
+    ids: Vec<(Selected, egui::Id)>,
+    has_focus: bool,
+}
+
+impl Keys {
+    fn id(ui: &egui::Ui) -> egui::Id {
+        ui.scope_id().with("keys of the graph")
+    }
+
+    /// The place of the last frame, or else that of the selection, or the first pass.
+    fn new(ui: &egui::Ui, report: &Report, lanes: &[Lane<'_>], selected: Option<&Selected>) -> Self {
+        let is_there = |at: &Selected| match at {
+            Selected::Pass(name) => report.passes.iter().any(|pass| pass.name == *name),
+            Selected::Resource(name) => {
+                lanes.iter().flat_map(|lane| &lane.resources).any(|one| one.name == *name)
+            }
+        };
+        let known: Option<Cursor> = ui.data(|data| data.get_temp(Self::id(ui)));
+        let first = || report.passes.first().map(|pass| Selected::Pass(pass.name.clone()));
+        let fresh = || selected.cloned().filter(is_there).or_else(first);
+        let cursor = known.filter(|cursor| is_there(&cursor.at));
+        let cursor = cursor.or_else(|| fresh().map(|at| Cursor { at, column: 0 }));
+        Self { cursor, ids: Vec::new(), has_focus: false }
+    }
+
+    /// Clicks for all, and the keyboard for one.
+    fn sense(&self, one: &Selected) -> egui::Sense {
+        let has_keys = self.cursor.as_ref().is_some_and(|cursor| cursor.at == *one);
+        if has_keys { egui::Sense::click() } else { egui::Sense::CLICK }
+    }
+
+    /// Takes note of what was shown, and marks what has the keyboard.
+    fn note(&mut self, ui: &egui::Ui, one: Selected, response: &egui::Response) {
+        if response.has_focus() {
+            self.has_focus = true;
+            let filter =
+                egui::EventFilter { horizontal_arrows: true, vertical_arrows: true, ..Default::default() };
+            ui.memory_mut(|memory| memory.set_focus_lock_filter(response.id, filter));
+            let stroke = Stroke::new(2.0, FOCUS);
+            ui.painter().rect_stroke(response.rect.expand(2.0), 6.0, stroke, StrokeKind::Outside);
+        }
+        self.ids.push((one, response.id));
+    }
+
+    /// Moves the keyboard by an arrow key, and keeps its place for the next frame.
+    fn step(mut self, ui: &egui::Ui, report: &Report, lanes: &[Lane<'_>]) {
+        if let (true, Some(arrow), Some(cursor)) = (self.has_focus, arrow(ui), &self.cursor) {
+            let rows: Vec<Vec<&ResourceReport>> = lanes.iter().map(|lane| lane.resources.clone()).collect();
+            let next = stepped(cursor, arrow, &report.passes, &rows);
+            if let Some((_, id)) = self.ids.iter().find(|(one, _)| *one == next.at) {
+                ui.memory_mut(|memory| memory.request_focus(*id));
+            }
+            self.cursor = Some(next);
+        }
+        if let Some(cursor) = self.cursor {
+            ui.data_mut(|data| data.insert_temp(Self::id(ui), cursor));
+        }
+    }
+}
+
+fn legend(
+    ui: &mut egui::Ui,
+    report: &Report,
+    (search, is_searched): (&mut String, bool),
+    places: &mut Places,
+) {
     ui.horizontal_wrapped(|ui| {
         let field = egui::TextEdit::singleline(search).hint_text("Search graph").desired_width(150.0);
-        places.note("search graph", &ui.add(field));
+        let field = ui.add(field);
+        places.note("search graph", &field);
+        if is_searched {
+            field.request_focus();
+        }
         for work in ["cpu", "draw", "compute", "copy"] {
             let (dot, _) = ui.allocate_exact_size(vec2(10.0, 10.0), egui::Sense::hover());
             ui.painter().rect_filled(dot, 2.0, color_of(work));
@@ -140,7 +223,8 @@ fn legend(ui: &mut egui::Ui, report: &Report, search: &mut String, places: &mut 
             bytes_in_words(memory.without_aliasing),
             bytes_in_words(memory.bound),
         );
-        ui.label(egui::RichText::new(said).small());
+        // Whole on one line, the next if need be.
+        ui.add(egui::Label::new(egui::RichText::new(said).small()).extend());
     });
 }
 
@@ -154,10 +238,11 @@ fn pass_box(
     column: usize,
     pass: &PassReport,
     [is_selected, is_found]: [bool; 2],
+    sense: egui::Sense,
 ) -> egui::Response {
     let at = pos2(center(origin, column), origin.y + HEAD + BOX.y / 2.0);
     let rect = Rect::from_center_size(at, BOX);
-    let response = ui.interact(rect, ui.scope_id().with(("pass", column)), egui::Sense::click());
+    let response = ui.interact(rect, ui.scope_id().with(("pass", column)), sense);
     if is_selected {
         // Once, when it becomes the selected one from elsewhere, the graph scrolls to it.
         let id = ui.scope_id().with("scrolled to");
@@ -233,13 +318,14 @@ fn bar(
     top: f32,
     resource: &ResourceReport,
     is_selected: bool,
+    sense: egui::Sense,
 ) -> egui::Response {
     let [first, last] = resource.columns;
     let rect = Rect::from_min_max(
         pos2(center(origin, first) - 44.0, top + 3.0),
         pos2(center(origin, last) + 44.0, top + LANE - 3.0),
     );
-    let response = ui.interact(rect, ui.scope_id().with(("resource", &resource.name)), egui::Sense::click());
+    let response = ui.interact(rect, ui.scope_id().with(("resource", &resource.name)), sense);
     if !ui.is_rect_visible(rect) {
         return response;
     }

@@ -33,16 +33,18 @@ pub(crate) fn show(ui: &mut egui::Ui, channels: &[Channel], ranges: &[Range]) {
             0 => String::new(),
             count => format!("  {count} not finite"),
         };
-        let shows =
-            ranges.get(at).map(|range| format!("  shown {} to {}", shown(range.min), shown(range.max)));
+        let shows = ranges.get(at).map(|range| format!("shown {} to {}", shown(range.min), shown(range.max)));
         let mean = shown(channel.mean as f32);
         let said = format!(
-            "{} {} to {}, mean {mean}{not_finite}{}",
+            "{} {} to {}, mean {mean}{not_finite}",
             names[at],
             shown(channel.min),
-            shown(channel.max),
-            shows.unwrap_or_default()
+            shown(channel.max)
         );
         ui.label(RichText::new(said).small().monospace());
+        if let Some(shows) = shows {
+            ui.label(RichText::new(shows).small().monospace().weak());
+        }
+        ui.add_space(2.0);
     }
 }

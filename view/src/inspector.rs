@@ -10,6 +10,7 @@ use umbragraph::low_level::report::{PassReport, Report, ResourceReport, bytes_in
 use crate::app::Viewer;
 use crate::capture::{Planning, Request};
 use crate::contents::Contents;
+use crate::dock::Pane;
 use crate::graph::Selected;
 use crate::places::Places;
 use crate::timings::Timings;
@@ -33,7 +34,9 @@ impl Viewer {
     /// Captures the inspected resource once for each shown frame, when no frame is in progress.
     pub(crate) fn capture(&mut self, state: &RenderState, context: &egui::Context, size: [u32; 2]) {
         let Some(plan) = self.stage.plan.clone() else { return };
-        let wanted = self.inspector.wanted(&plan);
+        let is_open = self.dock.is_shown(Pane::Inspector);
+        let wanted = if is_open { self.inspector.wanted(&plan) } else { Request::default() };
+        self.stage.look(!wanted.captures.is_empty());
         if wanted.captures.is_empty() || self.stage.is_busy() || plan.viewport != size {
             return;
         }
@@ -142,7 +145,7 @@ impl Inspector {
             if let Some(toggle) = &pass.toggle {
                 ui.label(format!("runs with the toggle {toggle}"));
             }
-            for (who, times) in ["processor", "device"].into_iter().zip(timings.of(&pass.name)) {
+            for (who, times) in ["CPU", "GPU"].into_iter().zip(timings.of(&pass.name)) {
                 if let Some(times) = times {
                     let said =
                         format!("{who} {:.3} ms, 95 % {:.3}, max {:.3}", times.median, times.p95, times.max);

@@ -1,8 +1,7 @@
 //! `umbragraph-view`: a pipeline on a scene in a window, with its parameters, passes and textures.
 //!
 //! The module's own parts do the work: a [`Watcher`](umbragraph::Watcher) follows the files, a renderer records frames,
-//! captures copy textures out of them. The window is eframe's. Its panels are egui's own: no docking crate is out for
-//! this version of egui.
+//! captures copy textures out of them. The window is eframe's, and its panels dock by `egui_tiles`.
 //!
 //! Exit status: 0 after the window is closed, 1 if it cannot be opened, 2 for a command line that cannot be understood.
 
@@ -15,9 +14,11 @@ mod buffers;
 mod bytes;
 mod camera;
 mod capture;
+mod chart;
 mod choices;
 mod clock;
 mod contents;
+mod dock;
 mod dropped;
 mod files;
 mod graph;
@@ -29,14 +30,17 @@ mod output;
 mod parameters;
 mod places;
 mod save;
+mod screen;
 mod stage;
 mod start;
 mod state;
 mod steer;
+mod steps;
 mod targets;
 mod texels;
 mod tiles;
 mod timings;
+mod turns;
 mod values;
 
 use std::process::ExitCode;

@@ -15,6 +15,8 @@ use serde_json::{Map, Value, json};
 pub(crate) struct Places {
     file: Option<File>,
     rects: BTreeMap<String, Rect>,
+    /// The name of the control that has the keyboard.
+    focus: Option<String>,
     last: String,
 }
 
@@ -31,7 +33,7 @@ impl Places {
             return Err(std::io::Error::new(std::io::ErrorKind::AlreadyExists, message));
         }
         let file = path.map(File::create).transpose()?;
-        Ok(Self { file, rects: BTreeMap::new(), last: String::new() })
+        Ok(Self { file, rects: BTreeMap::new(), focus: None, last: String::new() })
     }
 
     /// Returns `true` if the log is written.
@@ -39,9 +41,16 @@ impl Places {
         self.file.is_some()
     }
 
-    /// Stores the visible rectangle of a control in this frame, if the log is written.
+    /// Scrolls to a control that gets the keyboard, and stores its visible rectangle in this frame, if the log is
+    /// written.
     pub(crate) fn note(&mut self, name: &str, response: &Response) {
+        if response.gained_focus() {
+            response.scroll_to_me(None);
+        }
         if self.is_on() {
+            if response.has_focus() {
+                self.focus = Some(name.to_owned());
+            }
             // A control that is scrolled out of view cannot be clicked.
             let rect = response.interact_rect;
             if rect.is_positive() {
@@ -56,6 +65,7 @@ impl Places {
         let rects = std::mem::take(&mut self.rects);
         let corner = |rect: Rect| json!([rect.left(), rect.top(), rect.width(), rect.height()]);
         let rects: Map<String, Value> = rects.into_iter().map(|(name, rect)| (name, corner(rect))).collect();
+        state.insert("keyboard".to_owned(), json!(self.focus.take()));
         state.insert("controls".to_owned(), Value::Object(rects));
         let line = Value::Object(state).to_string() + "\n";
         if line != self.last {

@@ -12,8 +12,10 @@ use std::time::Instant;
 
 use eframe::egui;
 use eframe::egui_wgpu::RenderState;
-use umbragraph::diagnostic::{Diagnostic, Diagnostics};
+use umbragraph::diagnostic::{Diagnostic, Diagnostics, Severity};
 use umbragraph::frame::FrameInput;
+use umbragraph::low_level::environment::{self, Environment};
+use umbragraph::low_level::picture::without_lights;
 use umbragraph::low_level::source::Sources;
 use umbragraph::scene::gpu::SceneResources;
 use umbragraph::scene::{Pose, Scene};
@@ -29,8 +31,33 @@ use crate::values::Values;
 /// The number of frames drawn after a change, until history resources have settled.
 const SETTLE: u32 = 8;
 
-/// The maximum number of times that CPU passes of one plan may request other data sizes, and so another plan.
+/// The maximum number of other data sizes, and so of plans, that CPU passes may request before they are content.
 const ROUNDS: usize = 8;
+
+/// The data sizes that CPU passes request, which a plan may have only so often.
+#[derive(Default)]
+struct Sizes {
+    /// The sizes of the last request; `None` before the first one.
+    wanted: Option<BTreeMap<String, u32>>,
+    /// The number of different requests in a row, without a frame in between whose sizes were right.
+    rounds: usize,
+}
+
+impl Sizes {
+    /// Takes the request of a frame, `None` if its sizes were right. Returns `true` if there is to be another plan.
+    fn request(&mut self, wanted: Option<BTreeMap<String, u32>>) -> bool {
+        // Frames until the plan is there repeat the request.
+        match wanted {
+            None => self.rounds = 0,
+            Some(_) if self.wanted == wanted || self.rounds == ROUNDS => {}
+            wanted => {
+                (self.wanted, self.rounds) = (wanted, self.rounds + 1);
+                return true;
+            }
+        }
+        false
+    }
+}
 
 /// A loaded scene, its pose, and its resources on the device.
 pub(crate) struct Shown {
@@ -59,10 +86,11 @@ pub(crate) struct Stage {
     pub(crate) last: Option<FrameInput>,
     /// The contents that the last frame began with.
     pub(crate) kept: Kept,
-    /// The data sizes that CPU passes requested last; `None` before the first request. `rounds` counts the requests
-    /// since the last new plan.
-    sizes: Option<BTreeMap<String, u32>>,
-    rounds: usize,
+    /// Whether somebody looks at contents, so that those that a frame begins with are kept.
+    is_looked_at: bool,
+    sizes: Sizes,
+    /// The picture of `--environment`, and its path.
+    environment: Option<(Environment, PathBuf)>,
     /// Whether the device can measure the GPU times of passes.
     pub(crate) has_gpu_times: bool,
     /// The reason why the last frame was not recorded; `None` if it was.
@@ -109,6 +137,10 @@ impl Stage {
         }
         let news: Arc<AtomicBool> = Arc::default();
         let watcher = watch(&library, arguments, &news, context)?;
+        let environment = arguments.environment.as_ref();
+        let environment =
+            environment.map(|path| Ok((Environment::read(path).map_err(error_of)?, path.clone())));
+        let environment = environment.transpose()?;
         Ok(Self {
             library,
             watcher,
@@ -122,8 +154,9 @@ impl Stage {
             values: Values::default(),
             last: None,
             kept: Kept::default(),
-            sizes: None,
-            rounds: 0,
+            is_looked_at: false,
+            sizes: Sizes::default(),
+            environment,
             has_gpu_times: false,
             failed: None,
             no_scene: None,
@@ -157,7 +190,12 @@ impl Stage {
     /// The warnings and notes of the files that are drawn, with their sources, and those of the viewer about the plan.
     pub(crate) fn warnings(&self) -> (Vec<Diagnostic>, Sources) {
         let (found, sources) = self.watcher.warnings().unzip();
-        let own = self.plan.iter().flat_map(|plan| targets::empty_imports(plan));
+        let given = self.environment.as_ref();
+        let own = self.plan.iter().flat_map(|plan| {
+            let unread = given.and_then(|(_, path)| environment::unread(path, plan));
+            let unread = unread.map(|one| one.severity(Severity::Warning));
+            targets::empty_imports(plan, given.is_some()).chain(unread).chain(targets::note(plan))
+        });
         let all = found.into_iter().flatten().cloned().chain(own).collect();
         (all, sources.cloned().unwrap_or_default())
     }
@@ -221,7 +259,23 @@ impl Stage {
 
     /// The notices of the last frame, such as a light for which a shadow atlas has no room.
     pub(crate) fn notices(&mut self) -> Vec<Diagnostic> {
-        self.renderer.executor().map(|executor| executor.notices().cloned().collect()).unwrap_or_default()
+        let Some(executor) = self.renderer.executor() else { return Vec::new() };
+        let unread = self.last.as_ref().map(|input| executor.unread_lights(input)).unwrap_or_default();
+        executor.notices().cloned().chain(without_lights(unread.into_iter())).collect()
+    }
+
+    /// Begins or ends the copies of persistent contents, which only a look needs. The frame on screen is drawn once
+    /// more, so that a first look has what it began with.
+    pub(crate) fn look(&mut self, is_looked_at: bool) {
+        if self.is_looked_at == is_looked_at {
+            return;
+        }
+        self.is_looked_at = is_looked_at;
+        if !is_looked_at {
+            self.kept = Kept::default();
+        } else if self.plan.as_deref().is_some_and(Kept::is_needed) {
+            self.pending = self.pending.max(1);
+        }
     }
 
     /// Draws a frame if one is requested and the device has finished the last one. Returns `true` if a frame was drawn.
@@ -315,28 +369,32 @@ impl Stage {
         size: [u32; 2],
     ) -> Result<bool, Error> {
         let mut options = self.values.options(size, self.plan.as_deref());
-        if let Some(sizes) = &self.sizes {
+        if let Some(sizes) = &self.sizes.wanted {
             options = options.data_sizes(sizes.clone());
         }
         let Some(shown) = &self.shown else { return Ok(false) };
         let imports = self.targets.imports();
-        let toggles = self.plan.as_deref().map(|plan| self.values.toggles_of(plan)).unwrap_or_default();
+        let mut toggles = self.plan.as_deref().map(|plan| self.values.toggles_of(plan)).unwrap_or_default();
+        if let (Some((environment, _)), Some(plan)) = (&mut self.environment, &self.plan) {
+            environment.bring(&state.queue, imports.iter().copied());
+            let kept = environment.kept(plan).filter(|(name, _)| !toggles.iter().any(|one| one.0 == *name));
+            toggles.extend(kept.map(|(name, (_, is_on))| (name, is_on)));
+        }
         let frame = Frame::new(input).draws(&shown.meshes).imports(&imports).toggles(&toggles);
         let mut encoder = state.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        if let (Some(executor), Some(plan)) = (self.renderer.executor(), &self.plan) {
+        if let (Some(executor), Some(plan), true) = (self.renderer.executor(), &self.plan, self.is_looked_at)
+        {
             self.kept.save(&state.device, &mut encoder, executor, plan, &imports);
         }
         let drawn = self.renderer.record_watched(&mut self.watcher, &options, &mut encoder, &frame)?;
         if drawn {
+            self.targets.convert(&mut encoder);
             state.queue.submit([encoder.finish()]);
             self.kept.submitted();
+            self.environment.iter_mut().for_each(|(environment, _)| environment.drawn());
         }
-        if let Some(executor) = self.renderer.executor()
-            && let Some(sizes) = executor.wanted_sizes()
-            && self.rounds < ROUNDS
-        {
-            self.rounds += 1;
-            self.sizes = Some(sizes);
+        let wanted = self.renderer.executor().map(|executor| executor.wanted_sizes());
+        if wanted.is_some_and(|wanted| self.sizes.request(wanted)) {
             self.touch();
         }
         Ok(drawn)
@@ -358,9 +416,10 @@ impl Stage {
         }
         self.fit(state, &plan, size);
         self.plan = Some(plan);
+        // What a plan makes of the picture may not outlive it.
+        self.environment.iter_mut().for_each(|(environment, _)| environment.read_again());
         self.has_new_plan = true;
         self.plans += 1;
-        self.rounds = 0;
         self.set_live();
         self.touch();
         true
@@ -400,4 +459,20 @@ fn watch(
 /// Converts a diagnostic without a source location to an error.
 pub(crate) fn error_of(found: Diagnostic) -> Error {
     Error::new(found.into(), &Default::default())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn endless_requests_of_sizes_end() {
+        let mut sizes = Sizes::default();
+        let wanted = |size: u32| Some(BTreeMap::from([("lights".to_owned(), size)]));
+        assert!(sizes.request(wanted(1)) && !sizes.request(wanted(1)), "one plan for one request");
+        // Each of two plans wants the sizes of the other.
+        let plans = (0..99).filter(|round| sizes.request(wanted(2 + round % 2))).count();
+        assert_eq!(plans, ROUNDS - 1);
+        assert!(!sizes.request(None) && sizes.request(wanted(4)), "content once, it may want again");
+    }
 }

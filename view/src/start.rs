@@ -1,10 +1,11 @@
 //! The window is opened, or a diagnostic says why it cannot be.
 
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use eframe::egui_wgpu::{WgpuConfiguration, WgpuSetup, WgpuSetupCreateNew};
 use eframe::{NativeOptions, egui};
 use umbragraph::diagnostic::{Diagnostic, Place, codes, render};
+use umbragraph::low_level::adapter::{Wanted, device_descriptor};
 use umbragraph::low_level::camera_path::CameraPath;
 use umbragraph::low_level::source::Sources;
 use umbragraph::wgpu;
@@ -26,10 +27,28 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), String> {
     missing(&arguments).map_or(Ok(()), |found| Err(text(&found)))?;
     let camera = CameraPath::of(arguments.camera.as_ref()).map_err(|found| text(&found))?;
     let [width, height] = arguments.window.map(|side| side as f32);
-    let setup = WgpuSetupCreateNew {
-        device_descriptor: Arc::new(device),
+    let wanted = Wanted::new(arguments.adapter.as_deref()).map_err(|found| text(&found))?;
+    let mut setup = WgpuSetupCreateNew {
+        device_descriptor: Arc::new(device_descriptor),
         ..WgpuSetupCreateNew::without_display_handle()
     };
+    if let Some(backends) = wanted.backends {
+        setup.instance_descriptor.backends = backends;
+    }
+    // eframe passes a text on, and not the diagnostic.
+    let rejected: Arc<Mutex<Option<Diagnostic>>> = Arc::default();
+    let told = rejected.clone();
+    setup.native_adapter_selector = Some(Arc::new(move |adapters, surface| {
+        let draws =
+            |adapter: &&wgpu::Adapter| surface.is_none_or(|surface| adapter.is_surface_supported(surface));
+        wanted.best(adapters.iter().filter(draws).cloned().collect()).map(|(_, adapter)| adapter).map_err(
+            |found| {
+                let message = found.message.clone();
+                *told.lock().unwrap_or_else(PoisonError::into_inner) = Some(found);
+                message
+            },
+        )
+    }));
     let options = NativeOptions {
         renderer: eframe::Renderer::Wgpu,
         viewport: egui::ViewportBuilder::default().with_inner_size([width, height]).with_drag_and_drop(true),
@@ -44,19 +63,11 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), String> {
     });
     eframe::run_native(&title, options, open).map_err(|error| match error {
         eframe::Error::AppCreation(said) => said.to_string(),
-        error => text(&no_window(&error)),
+        error => {
+            let rejected = rejected.lock().unwrap_or_else(PoisonError::into_inner).take();
+            text(&rejected.unwrap_or_else(|| no_window(&error)))
+        }
     })
-}
-
-/// The device descriptor: the adapter's WebGPU features and limits, and timestamp queries if it has them.
-fn device(adapter: &wgpu::Adapter) -> wgpu::DeviceDescriptor<'static> {
-    let wanted = wgpu::Features::all_webgpu_mask() | wgpu::Features::TIMESTAMP_QUERY_INSIDE_ENCODERS;
-    wgpu::DeviceDescriptor {
-        label: Some("umbragraph"),
-        required_features: adapter.features() & wanted,
-        required_limits: adapter.limits(),
-        ..wgpu::DeviceDescriptor::default()
-    }
 }
 
 /// The diagnostic for a missing file of the command line; `None` if all files exist. A broken file does not prevent the
@@ -64,10 +75,16 @@ fn device(adapter: &wgpu::Adapter) -> wgpu::DeviceDescriptor<'static> {
 fn missing(arguments: &Arguments) -> Option<Diagnostic> {
     let is_bundled = crate::arguments::is_bundled(&arguments.pipeline);
     let files = [
-        (&arguments.pipeline, is_bundled, "the pipeline"),
-        (&arguments.scene, false, "--scene names a glTF file"),
+        (Some(&arguments.pipeline), is_bundled, "the pipeline"),
+        (Some(&arguments.scene), false, "--scene names a glTF file"),
+        (
+            arguments.environment.as_ref(),
+            false,
+            "--environment names an equirectangular picture, .hdr or .exr",
+        ),
     ];
-    let (path, _, help) = files.into_iter().find(|(path, is_there, _)| !is_there && !path.is_file())?;
+    let mut files = files.into_iter().filter_map(|(path, is_there, help)| Some((path?, is_there, help)));
+    let (path, _, help) = files.find(|(path, is_there, _)| !is_there && !path.is_file())?;
     let name = path.display().to_string();
     let message = format!("the file \"{name}\" is not there");
     Some(
@@ -101,8 +118,12 @@ pub(crate) fn style(context: &egui::Context) {
         style.spacing.item_spacing = egui::vec2(7.0, 4.0);
         style.spacing.button_padding = egui::vec2(7.0, 2.0);
         style.interaction.tooltip_delay = 0.4;
+        if let Some(small) = style.text_styles.get_mut(&egui::TextStyle::Small) {
+            small.size = 10.5;
+        }
         let visuals = &mut style.visuals;
         visuals.override_text_color = None;
+        visuals.hyperlink_color = egui::Color32::from_rgb(125, 180, 250);
         visuals.panel_fill = egui::Color32::from_rgb(30, 32, 37);
         visuals.widgets.noninteractive.fg_stroke.color = egui::Color32::from_gray(205);
         visuals.widgets.inactive.fg_stroke.color = egui::Color32::from_gray(215);

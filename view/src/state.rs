@@ -2,8 +2,8 @@
 //!
 //! A look at a texture records the shown frame again, with copies. What a frame writes from scratch comes out as it was,
 //! and so do histories. Persistent resources and textures of the window that a frame changes step by step do not: a
-//! simulation would go on with each look. Their contents are copied aside before each frame, and brought back before
-//! the frame is repeated.
+//! simulation would go on with each look. While somebody looks, their contents are copied aside before each frame, and
+//! brought back before the frame is repeated.
 //!
 //! Limits: at most [`MOST`] bytes; larger resources go on by one step with each look. Buffers of the host are not
 //! copied. Maps whose views are kept from frame to frame are not copied, since a repeated frame draws all of their
@@ -33,6 +33,17 @@ pub(crate) struct Kept {
 }
 
 impl Kept {
+    /// Returns `true` if frames of a plan change contents step by step.
+    pub(crate) fn is_needed(plan: &Plan) -> bool {
+        !changing(plan).is_empty()
+    }
+
+    /// The number of bytes that are copied before a frame.
+    pub(crate) fn bytes(&self) -> u64 {
+        let planned = |name: &String| self.of.as_ref()?.resources.get(name).map(|one| one.bytes);
+        self.names.iter().filter_map(planned).sum()
+    }
+
     /// Records copies of the contents that the next frame begins with.
     pub(crate) fn save(
         &mut self,

@@ -1,17 +1,20 @@
 //! The host's textures of a plan: the picture, which the window shows, and others, which are empty.
 //!
-//! The window shows the picture that the command would write, and rejects the same plans. A texture that the device
-//! cannot make is left out, so that the frame is not recorded.
+//! The window shows the picture that the command would write, and rejects the same plans. A picture that is not one of
+//! a screen is converted ([`crate::screen`]). A texture that the device cannot make is left out, so that the frame is
+//! not recorded.
 
 use eframe::egui;
 use eframe::egui_wgpu::RenderState;
 use umbragraph::diagnostic::{Diagnostic, codes};
 use umbragraph::executor::imported_texture;
 use umbragraph::low_level::compiler::PlannedResource;
-use umbragraph::low_level::picture::picture_of;
+use umbragraph::low_level::environment;
+use umbragraph::low_level::picture::{colors_of, is_of_screen, tone_mapping};
 use umbragraph::{Plan, wgpu};
 
 use crate::guard::guarded;
+use crate::screen::Conversion;
 
 /// The usages of host textures in addition to those of the plan.
 pub(crate) const MORE: wgpu::TextureUsages = wgpu::TextureUsages::COPY_SRC
@@ -19,16 +22,18 @@ pub(crate) const MORE: wgpu::TextureUsages = wgpu::TextureUsages::COPY_SRC
     .union(wgpu::TextureUsages::TEXTURE_BINDING);
 
 /// The warnings about textures of the host that passes read and that stay empty in the viewer.
-pub(crate) fn empty_imports(plan: &Plan) -> impl Iterator<Item = Diagnostic> {
+pub(crate) fn empty_imports(plan: &Plan, has_environment: bool) -> impl Iterator<Item = Diagnostic> {
     let is_read = |resource: &PlannedResource| {
         resource.format.is_some() && !plan.passes.iter().any(|pass| plan.writes(pass.handle, resource.handle))
     };
-    plan.imports().filter(move |(_, resource)| is_read(resource)).map(|(name, resource)| {
+    let has_contents = move |name: &str| has_environment && name == environment::IMPORT;
+    let empty = plan.imports().filter(move |(name, one)| is_read(one) && !has_contents(name));
+    empty.map(|(name, resource)| {
         let declared = plan.pipeline.resource(resource.handle);
         let message = format!("the viewer has no contents for \"{name}\": passes read zeros from it");
         let help = match name {
             "environment" => {
-                "switch the feature \"environment\" off; `umbragraph render --environment FILE` draws with a picture"
+                "start the viewer with --environment FILE, or switch the feature \"environment\" off"
             }
             _ => "the application gives this texture; look at the frame there",
         };
@@ -36,7 +41,13 @@ pub(crate) fn empty_imports(plan: &Plan) -> impl Iterator<Item = Diagnostic> {
     })
 }
 
-/// The picture, and its registration in egui.
+/// The note of the viewer that the picture of a plan is tone mapped; `None` if it is not.
+pub(crate) fn note(plan: &Plan) -> Option<Diagnostic> {
+    let name = colors_of(plan, &[]).ok()?;
+    tone_mapping(name, plan.resources.get(name)?.format?)
+}
+
+/// The picture of the screen, and its registration in egui.
 struct Picture {
     texture: wgpu::Texture,
     id: egui::TextureId,
@@ -46,6 +57,8 @@ struct Picture {
 #[derive(Default)]
 pub(crate) struct Targets {
     list: Vec<(String, wgpu::Texture)>,
+    /// The conversion of the host's picture to that of the screen; `None` if they are one texture.
+    conversion: Option<Conversion>,
     picture: Option<Picture>,
 }
 
@@ -65,7 +78,14 @@ impl Targets {
         self.picture.as_ref().map(|one| (one.id, [one.texture.width(), one.texture.height()]))
     }
 
-    /// The texture of the picture; `None` before the first picture.
+    /// Records the conversion of the picture, if it needs one.
+    pub(crate) fn convert(&self, encoder: &mut wgpu::CommandEncoder) {
+        if let Some(conversion) = &self.conversion {
+            conversion.record(encoder);
+        }
+    }
+
+    /// The texture of the picture on the screen; `None` before the first picture.
     pub(crate) fn picture(&self) -> Option<&wgpu::Texture> {
         self.picture.as_ref().map(|one| &one.texture)
     }
@@ -75,7 +95,7 @@ impl Targets {
     /// # Errors
     /// The plan has no picture, or the device cannot create a texture; the other textures are created.
     pub(crate) fn fit(&mut self, state: &RenderState, plan: &Plan, size: [u32; 2]) -> Result<(), Diagnostic> {
-        let picture = picture_of(plan, &[]);
+        let picture = colors_of(plan, &[]);
         let mut outcome = picture.as_ref().map(|_| ()).map_err(Clone::clone);
         for (name, resource) in plan.imports() {
             let is_picture = picture.as_ref() == Ok(&name);
@@ -130,22 +150,30 @@ impl Targets {
         let mut renderer = state.renderer.write();
         let known = self.picture.take().map(|picture| picture.id);
         let shown = guarded(&state.device, "the picture in the window", || {
+            let (conversion, texture) = match is_of_screen(texture.format()) {
+                true => (None, texture.clone()),
+                false => {
+                    let (conversion, texture) = Conversion::of(&state.device, texture);
+                    (Some(conversion), texture)
+                }
+            };
             let view = texture.create_view(&wgpu::TextureViewDescriptor {
                 format: Some(texture.format().remove_srgb_suffix()),
                 usage: Some(wgpu::TextureUsages::TEXTURE_BINDING),
                 ..Default::default()
             });
             let filter = wgpu::FilterMode::Linear;
-            match known {
+            let id = match known {
                 Some(id) => {
                     renderer.update_egui_texture_from_wgpu_texture(&state.device, &view, filter, id);
                     id
                 }
                 None => renderer.register_native_texture(&state.device, &view, filter),
-            }
+            };
+            (conversion, Picture { texture, id })
         });
         match shown {
-            Ok(id) => self.picture = Some(Picture { texture: texture.clone(), id }),
+            Ok((conversion, picture)) => (self.conversion, self.picture) = (conversion, Some(picture)),
             // It must not be painted; it is registered anew with the next one.
             Err(reason) => {
                 if let Some(id) = known {

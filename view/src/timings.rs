@@ -1,12 +1,14 @@
-//! The times of passes over the last frames: of the processor, and of the device where it measures them.
+//! The times of passes over the last frames: on the CPU, and on the GPU where the device measures them.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
 
 use eframe::egui::{self, Color32, RichText, vec2};
+use serde_json::{Value, json};
 use umbragraph::Executor;
 use umbragraph::low_level::report::Report;
 
+use crate::chart::{self, Line};
 use crate::places::Places;
 
 /// The number of frames for which times are kept.
@@ -26,6 +28,8 @@ pub(crate) struct Timings {
     passes: BTreeMap<String, Times>,
     /// The times of complete frames from recording to completion on the device, in milliseconds.
     frames: VecDeque<f64>,
+    /// The pass whose row is under the pointer, or has the keyboard.
+    hovered: Option<String>,
 }
 
 /// The median, the 95th percentile and the maximum of some times, in milliseconds.
@@ -96,15 +100,19 @@ impl Timings {
         Percentiles::of(self.frames.iter().copied())
     }
 
-    /// Shows the table of times. Returns the name of the pass that was clicked. `has_gpu` is `false` if the device
-    /// measures no GPU times.
-    pub(crate) fn show(&self, ui: &mut egui::Ui, has_gpu: bool, places: &mut Places) -> Option<String> {
+    /// Shows the table of times, with a line for each pass. Returns the name of the pass that was clicked. `has_gpu` is
+    /// `false` if the device measures no GPU times.
+    pub(crate) fn show(&mut self, ui: &mut egui::Ui, has_gpu: bool, places: &mut Places) -> Option<String> {
         let mut clicked = None;
+        let (chart, response) =
+            ui.allocate_exact_size(vec2(ui.available_width(), 88.0), egui::Sense::hover());
+        places.note("chart", &response);
+        chart::plot(ui, chart, &self.lines(), FRAMES);
         ui.horizontal_wrapped(|ui| {
-            ui.label(RichText::new("frame").strong());
-            let (rect, _) = ui.allocate_exact_size(vec2(260.0, 30.0), egui::Sense::hover());
-            graph(ui, rect, self.frames.iter().copied(), CPU);
+            let frames = self.frames.len();
+            ui.label(RichText::new(format!("the last {frames} frames")).small().weak());
             if let Some(times) = self.whole_frames() {
+                ui.label(RichText::new("whole frame").small());
                 ui.monospace(said(&times));
             }
             if !has_gpu {
@@ -112,37 +120,67 @@ impl Timings {
             }
         });
         ui.separator();
+        let mut hovered = None;
         egui::ScrollArea::both().auto_shrink(false).show(ui, |ui| {
             egui::Grid::new("times").striped(true).num_columns(5).spacing([18.0, 4.0]).show(ui, |ui| {
-                for title in [
-                    "pass",
-                    "processor: median · 95 % · max (ms)",
-                    "",
-                    "device: median · 95 % · max (ms)",
-                    "",
-                ] {
+                for title in
+                    ["pass", "CPU: median · 95 % · max (ms)", "", "GPU: median · 95 % · max (ms)", ""]
+                {
                     ui.label(RichText::new(title).small().weak());
                 }
                 ui.end_row();
-                for name in &self.names {
-                    let pass = ui.selectable_label(false, name);
+                for (number, name) in self.names.iter().enumerate() {
+                    let color = chart::color_of(number);
+                    let text = RichText::new(name).color(color);
+                    let pass = ui.selectable_label(self.hovered.as_ref() == Some(name), text);
                     places.note(&format!("time {name}"), &pass);
                     if pass.clicked() {
                         clicked = Some(name.clone());
                     }
+                    if pass.hovered() || pass.has_focus() {
+                        hovered = Some(name.clone());
+                    }
                     for ((at, color), times) in [(0, CPU), (1, GPU)].into_iter().zip(self.of(name)) {
                         ui.monospace(times.map_or_else(|| "–".to_owned(), |times| said(&times)));
-                        let (rect, _) = ui.allocate_exact_size(vec2(84.0, 18.0), egui::Sense::hover());
+                        let (rect, _) = ui.allocate_exact_size(vec2(110.0, 20.0), egui::Sense::hover());
                         if times.is_some() {
-                            let of = self.passes.get(name).into_iter().flatten();
-                            graph(ui, rect, of.map(|times| times[at]), color);
+                            chart::lines(ui, rect, &[Line { times: self.times(name, at), color }], FRAMES);
                         }
                     }
                     ui.end_row();
                 }
             });
         });
+        if self.hovered != hovered {
+            self.hovered = hovered;
+            ui.ctx().request_repaint();
+        }
         clicked
+    }
+
+    /// The CPU times (0) or GPU times (1) of a pass in milliseconds, the newest last.
+    fn times(&self, name: &str, at: usize) -> Vec<f64> {
+        self.passes.get(name).into_iter().flatten().map(|times| times[at]).collect()
+    }
+
+    /// A line for each pass: of its GPU times, or else of its CPU times. The pass under the pointer is in front of the
+    /// others.
+    fn lines(&self) -> Vec<Line> {
+        let line = |(number, name): (usize, &String)| {
+            let kind = usize::from(self.of(name)[1].is_some());
+            let is_behind = self.hovered.as_ref().is_some_and(|hovered| hovered != name);
+            let color = chart::color_of(number).gamma_multiply(if is_behind { 0.25 } else { 1.0 });
+            (!is_behind, Line { times: self.times(name, kind), color })
+        };
+        let mut lines: Vec<_> = self.names.iter().enumerate().map(line).collect();
+        lines.sort_by_key(|(is_in_front, _)| *is_in_front);
+        lines.into_iter().map(|(_, line)| line).collect()
+    }
+
+    /// The number of frames in the line of each pass as JSON, for the log that tests read.
+    pub(crate) fn state(&self) -> Value {
+        let lines = self.names.iter().map(|name| (name.clone(), json!(self.times(name, 0).len())));
+        Value::Object(lines.collect())
     }
 }
 
@@ -155,22 +193,6 @@ fn push<T>(times: &mut VecDeque<T>, time: T) {
 
 fn said(times: &Percentiles) -> String {
     format!("{:7.3} {:7.3} {:7.3}", times.median, times.p95, times.max)
-}
-
-/// Draws a bar for each time from the oldest to the newest, relative to the longest time.
-fn graph(ui: &egui::Ui, rect: egui::Rect, times: impl Iterator<Item = f64> + Clone, color: Color32) {
-    let max = times.clone().fold(1e-9, f64::max);
-    let width = rect.width() / FRAMES as f32;
-    ui.painter().rect_filled(rect, 2.0, ui.visuals().extreme_bg_color);
-    for (at, time) in times.enumerate() {
-        let height = (time / max) as f32 * rect.height();
-        let left = rect.left() + at as f32 * width;
-        let bar = egui::Rect::from_min_max(
-            egui::pos2(left, rect.bottom() - height),
-            egui::pos2(left + (width - 0.5).max(0.5), rect.bottom()),
-        );
-        ui.painter().rect_filled(bar, 0.0, color);
-    }
 }
 
 #[cfg(test)]

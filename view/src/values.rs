@@ -7,6 +7,7 @@
 use std::collections::BTreeMap;
 
 use serde_json::{Map, Value, json};
+use umbragraph::low_level::document::Document;
 use umbragraph::low_level::expression;
 use umbragraph::{Error, Executor, Options, Plan, Setting};
 
@@ -103,6 +104,23 @@ impl Values {
             arguments.extend(["--toggle".to_owned(), format!("{name}={}", if *on { "on" } else { "off" })]);
         }
         arguments
+    }
+
+    /// Removes the values whose names a document does not declare. Returns these names.
+    pub(crate) fn keep_known(&mut self, document: &Document) -> Vec<String> {
+        let mut gone = Vec::new();
+        let mut knows = |section: &str, name: &String| {
+            let is_known = document.root.entries_of(section).iter().any(|entry| entry.key == *name);
+            if !is_known {
+                gone.push(name.clone());
+            }
+            is_known
+        };
+        self.preset.take_if(|name| !knows("presets", name));
+        self.parameters.retain(|name, _| knows("parameters", name));
+        self.features.retain(|name, _| knows("features", name));
+        self.toggles.retain(|name, _| knows("toggles", name));
+        gone
     }
 
     /// Returns `true` if no value has been changed.

@@ -5,20 +5,20 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use umbragraph::Plan;
-use umbragraph::diagnostic::{Diagnostic, Diagnostics, Place, codes, list_of};
+use umbragraph::diagnostic::{Diagnostic, Diagnostics, Place, codes};
 use umbragraph::executor::{read_back, read_buffer, read_sample};
 use umbragraph::frame::FrameInput;
 use umbragraph::low_level::CheckReport;
 use umbragraph::low_level::camera_path::{CameraPath, Obstacles};
 use umbragraph::low_level::compiler::PlanOptions;
-use umbragraph::low_level::picture::colors_of;
+use umbragraph::low_level::environment::Environment;
+use umbragraph::low_level::picture::{colors_of, without_lights};
 use umbragraph::low_level::source::Sources;
 use umbragraph::scene::gpu::SceneResources;
 use umbragraph::scene::{Pose, Scene};
 use umbragraph::{Executor, Frame};
 
 use super::capture::Captured;
-use super::environment::Environment;
 use super::surroundings::Surroundings;
 use super::target;
 use super::timings::Timings;
@@ -170,7 +170,7 @@ impl<'a> Drawing<'a> {
         for round in 0..ROUNDS {
             let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
             if let Some(environment) = &mut self.environment {
-                environment.bring(queue, &self.imports);
+                environment.bring(queue, self.imports.iter().map(|(name, texture)| (name.as_str(), texture)));
             }
             let imports: Vec<(&str, &wgpu::Texture)> =
                 self.imports.iter().map(|(name, texture)| (name.as_str(), texture)).collect();
@@ -241,12 +241,8 @@ impl<'a> Drawing<'a> {
 
     /// Returns the notices of CPU passes about the last frame, and a warning about lights that no pass read.
     pub(super) fn notices(&self) -> Vec<Diagnostic> {
-        let unread = self.unread_lights.as_deref().filter(|names| !names.is_empty()).map(|names| {
-            let names = list_of(names.iter().map(String::as_str));
-            let message = format!("no pass of the pipeline reads the lights {names}");
-            Diagnostic::warning(crate::codes::UNREAD_LIGHTS, Place::Nowhere, message)
-                .help("the picture is without them; pipelines/awsm.json takes every kind of light")
-        });
+        let unread = self.unread_lights.iter().flatten().map(String::as_str);
+        let unread = without_lights(unread);
         self.executor.notices().cloned().chain(unread).collect()
     }
 

@@ -2,9 +2,7 @@
 
 pub(crate) mod capture;
 mod drawing;
-mod environment;
 pub(crate) mod files;
-mod radiance;
 mod report;
 mod shown;
 mod surroundings;
@@ -13,10 +11,10 @@ mod timings;
 
 use umbragraph::diagnostic::{Diagnostic, Diagnostics, Place, codes};
 use umbragraph::low_level::camera_path::CameraPath;
+use umbragraph::low_level::environment::Environment;
 
 use self::capture::{CaptureFile, LeftOut};
 pub(crate) use self::drawing::{Drawing, Given};
-use self::environment::Environment;
 use self::files::{Animation, Compression, Format};
 use self::report::RunReport;
 use self::timings::Timings;

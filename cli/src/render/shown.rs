@@ -5,9 +5,9 @@
 //! 0.8 they stay as they are, and brighter ones come closer and closer to 1, with their hue, as in Khronos' PBR neutral
 //! tone mapper. An EXR has the numbers themselves.
 
-use umbragraph::diagnostic::{Diagnostic, Place, Severity, codes};
+use umbragraph::diagnostic::Diagnostic;
 use umbragraph::executor::{Texels, read_back, read_bytes};
-use umbragraph::low_level::picture::{is_of_screen, picture_of};
+use umbragraph::low_level::picture::{BRIGHT, is_of_floats, is_of_screen, picture_of, tone_mapping};
 use umbragraph::low_level::sheet::{Content, Sheet, sheet};
 use wgpu::TextureFormat;
 
@@ -56,34 +56,8 @@ impl Drawing<'_> {
     /// Returns the note that 8-bit files have tone mapped colors, if the picture has a float format; otherwise `None`.
     pub(crate) fn note(&self) -> Option<Diagnostic> {
         let format = self.target()?.format();
-        is_of_floats(format).then(|| note(&self.picture, format))
+        tone_mapping(&self.picture, format)
     }
-}
-
-/// The brightness at which tone mapping begins; 1 is the maximum of an 8-bit channel.
-const BEGIN: f32 = 0.8;
-
-/// Returns `true` if a format can store colors above 1.
-fn is_of_floats(format: TextureFormat) -> bool {
-    use TextureFormat as Format;
-    matches!(
-        format,
-        Format::R16Float
-            | Format::Rg16Float
-            | Format::Rgba16Float
-            | Format::R32Float
-            | Format::Rg32Float
-            | Format::Rgba32Float
-            | Format::Rg11b10Ufloat
-    )
-}
-
-/// Creates the note that the colors of a picture are tone mapped.
-fn note(name: &str, format: TextureFormat) -> Diagnostic {
-    let message = format!("\"{name}\" is {format:?}: colors above {BEGIN} are tone mapped");
-    Diagnostic::warning(codes::PICTURE, Place::Nowhere, message)
-        .severity(Severity::Note)
-        .help("write an .exr for the numbers themselves, or tone map in a pass of the pipeline")
 }
 
 /// Converts texels to RGBA with 8 bits per channel.
@@ -100,17 +74,17 @@ fn bytes(texels: &Texels, format: TextureFormat) -> Vec<u8> {
     texels.values.iter().flat_map(|texel| shown(*texel)).collect()
 }
 
-/// Scales a color so that its brightest channel is at most 1; the hue stays the same. Colors up to [`BEGIN`] are
+/// Scales a color so that its brightest channel is at most 1; the hue stays the same. Colors up to [`BRIGHT`] are
 /// unchanged.
 fn tone_mapped(color: [f32; 3]) -> [f32; 3] {
     // What is no number is black; infinities are white.
     let color = color.map(|channel| if channel.is_nan() { 0.0 } else { channel.clamp(0.0, f32::MAX) });
     let peak = color.iter().copied().fold(0.0, f32::max);
-    if peak <= BEGIN {
+    if peak <= BRIGHT {
         return color;
     }
-    let room = 1.0 - BEGIN;
-    let mapped = 1.0 - room * room / (peak - BEGIN + room);
+    let room = 1.0 - BRIGHT;
+    let mapped = 1.0 - room * room / (peak - BRIGHT + room);
     color.map(|channel| channel / peak * mapped)
 }
 

@@ -179,6 +179,9 @@ fn the_graph_leads_to_passes_and_contents() {
     hand.wait("second pass", |state| state["selected"].is_string() && state["selected"] != first);
     hand.click("times");
     hand.wait("times", |state| state["below"] == "Times" && state["timed"] == true);
+    hand.wait("chart", |state| {
+        state["controls"].get("chart").is_some() && number(&state["times"]["sky"]) >= 2.0
+    });
     hand.click("time sky");
     hand.wait("pass of the table", |state| state["selected"] == "pass sky");
     hand.click("after color");
@@ -224,11 +227,15 @@ fn panels_resolution_and_help_follow_buttons_and_keys() {
     hand.settle();
     for (name, key, panel) in [("notices", 'n', "Notices"), ("graph", 'g', "Graph"), ("times", 't', "Times")]
     {
-        hand.click(name);
+        if hand.state()["below"] != panel {
+            hand.click(name);
+        }
         hand.wait(panel, |state| state["below"] == panel);
         hand.display.press(&[], u32::from(key));
-        hand.wait("none", |state| state["below"].is_null());
+        // Behind it is the panel that was open before, until that is closed, too.
+        hand.wait("closed panel", |state| state["below"] != panel);
     }
+    hand.wait("none", |state| state["below"].is_null());
     hand.click("values");
     hand.wait("no values", |state| state["panel"]["open"] == false);
     hand.display.press(&[], u32::from('/'));

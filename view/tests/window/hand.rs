@@ -51,6 +51,9 @@ impl Hand {
         std::fs::create_dir_all(folder.join("log")).unwrap();
         std::fs::write(folder.join("own.json"), pipeline).unwrap();
         let arguments = prepare(&folder);
+        let scene = module().join("examples/scenes/courtyard.glb").to_string_lossy().into_owned();
+        let scene = ["--scene".to_owned(), scene];
+        let scene = scene.into_iter().filter(|_| arguments.iter().all(|one| one != "--scene"));
         let said = std::fs::File::create(folder.join("log/said.txt")).unwrap();
         let display = Display::open();
         let child = Command::new(env!("CARGO_BIN_EXE_umbragraph-view"))
@@ -65,8 +68,7 @@ impl Hand {
                 &format!("{}x{}", SIZE[0], SIZE[1]),
             ])
             .args(["--editor", "sh -c echo>opened.txt.$0.$1 {file} {line}"])
-            .arg("--scene")
-            .arg(module().join("examples/scenes/courtyard.glb"))
+            .args(scene)
             .args(arguments)
             .stdout(Stdio::null())
             .stderr(said)
@@ -88,6 +90,34 @@ impl Hand {
         // The last line may be half.
         let whole = text.rfind('\n').map_or("", |end| &text[..end]);
         whole.lines().next_back().and_then(|line| serde_json::from_str(line).ok()).unwrap_or_default()
+    }
+
+    /// Presses a key until the state meets a condition, at most `most` times, and returns the state.
+    #[track_caller]
+    pub(crate) fn press_until(
+        &mut self,
+        what: &str,
+        (held, key): (&[u32], u32),
+        most: usize,
+        holds: impl Fn(&Value) -> bool,
+    ) -> Value {
+        for _ in 0..most {
+            let before = self.state()["keyboard"].clone();
+            self.display.press(held, key);
+            // A control has the keys at once, or never.
+            let begin = Instant::now();
+            while begin.elapsed() < Duration::from_secs(3) {
+                let state = self.state();
+                if holds(&state) {
+                    return state;
+                }
+                if state["keyboard"] != before {
+                    break;
+                }
+                sleep(Duration::from_millis(40));
+            }
+        }
+        panic!("no {what}: the keyboard is at {}", self.state()["keyboard"]);
     }
 
     fn until(&mut self, what: &str, mut holds: impl FnMut(&mut Self) -> bool) {

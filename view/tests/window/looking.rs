@@ -114,10 +114,13 @@ fn looks_show_the_frame_and_advance_nothing() {
     assert!(given.contains("no contents for \\\"given\\\""), "{given}");
     hand.click("values");
     hand.wait("no values", |state| state["panel"]["open"] == false);
+    assert_eq!(hand.settle()["kept_bytes"], 0, "nothing is copied while nobody looks");
     // The inspector takes its room from the frame, which is drawn anew.
     select(&mut hand, "steps");
     hand.wait("steps", |state| is_of(state, "steps"));
-    let frames = hand.settle()["frames"].clone();
+    let state = hand.settle();
+    assert!(state["kept_bytes"].as_u64() >= Some(16), "{}", state["kept_bytes"]);
+    let frames = state["frames"].clone();
     let count = frames.as_f64().unwrap();
     hand.wait("all steps", |state| steps(state) == count && state["frames"] == frames);
     select(&mut hand, "trail");
@@ -167,5 +170,7 @@ fn looks_show_the_frame_and_advance_nothing() {
         sample > 0.0 && mean(state, 0) == sample
     });
     assert_eq!(hand.state()["frames"], later);
+    hand.click("close inspector");
+    hand.wait("no copies", |state| state["selected"].is_null() && state["kept_bytes"] == 0);
     assert_eq!(hand.state()["errors"], json!([]));
 }

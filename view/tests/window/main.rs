@@ -8,15 +8,19 @@
 mod contents;
 mod controls;
 mod edits;
+mod environment;
 mod formats;
 mod hand;
+mod keyboard;
 mod looking;
 mod opening;
 mod output;
+mod panels;
 mod pictures;
 mod random;
 mod read_back;
 mod reload;
+mod tiles;
 mod x11;
 mod xdnd;
 

@@ -35,10 +35,26 @@ fn dropped_scenes_and_pipelines_are_opened() {
     let before = hand.screenshot();
     let other = hand.folder.join("other.json");
     std::fs::write(&other, PIPELINE.replace("\"dead\": {", "\"dead\": { \"side_effect\": true,")).unwrap();
+    // It has all values but one that was set.
+    let text = std::fs::read_to_string(&other).unwrap();
+    std::fs::write(&other, text.replace("\"veil\"", "\"other_veil\"")).unwrap();
+    hand.type_into("search");
+    hand.display.write("veil");
+    hand.click("veil");
+    hand.wait("toggle", |state| state["given"]["toggles"]["veil"] == true);
+    hand.click("veil");
+    hand.wait("toggle back", |state| state["given"]["toggles"]["veil"] == false);
     drop_file(&other, middle);
     hand.wait("dropped pipeline", |state| {
         state["passes"].as_array().is_some_and(|passes| passes.iter().any(|pass| pass == "dead"))
     });
+    let state = hand.state();
+    assert_eq!(state["given"]["toggles"], serde_json::json!({}));
+    assert!(
+        state["message"].as_str().is_some_and(|said| said.ends_with("it has no veil")),
+        "{}",
+        state["message"]
+    );
     let state = hand.settle();
     assert!(state["pipeline"].as_str().unwrap().ends_with("other.json"));
     assert_eq!(state["errors"], serde_json::json!([]));

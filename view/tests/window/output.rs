@@ -15,7 +15,7 @@ fn number(value: &Value) -> f64 {
 }
 
 /// The path of the command `umbragraph`: the value of `UMBRAGRAPH_COMMAND`, or else the command built by this call.
-fn command() -> PathBuf {
+pub(crate) fn command() -> PathBuf {
     if let Some(path) = std::env::var_os("UMBRAGRAPH_COMMAND") {
         return path.into();
     }

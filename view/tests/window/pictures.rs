@@ -44,6 +44,9 @@ fn pictures_of_the_page_are_taken() {
     hand.click("reset all");
     hand.click("graph");
     hand.wait("graph", |state| state["below"] == "Graph");
+    // The graph and the contents need the room.
+    hand.click("values");
+    hand.wait("no values", |state| state["panel"]["open"] == false);
     hand.click("resource maps");
     hand.wait("contents", |state| state["contents"]["of"][0] == "maps@casters");
     let at = hand.point("contents", [0.4, 0.4]);

@@ -3,8 +3,9 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use serde_json::Value;
-use umbragraph::executor::{imported_texture, read_back, read_bytes};
+use umbragraph::data::View;
+use umbragraph::executor::{Texels, imported_texture, read_back, read_bytes};
+use umbragraph::frame::{Light, LightKind};
 use umbragraph::glam::DVec3;
 use umbragraph::low_level::capture::{Capture, Wanted, document};
 use umbragraph::scene::gpu::SceneResources;
@@ -42,7 +43,12 @@ fn numbers_of_the_inspector_are_those_of_a_read_back() {
     let state = hand.wait("value", |state| state["contents"]["cursor"].is_array() && state["busy"] == false);
     let contents = &state["contents"];
     let size: [u32; 2] = serde_json::from_value(state["size"].clone()).unwrap();
-    let texels = captured(&state["camera"], size, "color@sky");
+    let fresh = Fresh::new();
+    // The camera of the window has not been moved, so that it is the scene's own.
+    let own = fresh.scene.frame_input_of(&fresh.scene.pose(0.0), 1.0, 0.0).camera.position;
+    let shown: [f64; 3] = serde_json::from_value(state["camera"]["position"].clone()).unwrap();
+    assert!(own.distance(DVec3::from(shown)) < 1e-3);
+    let texels = captured(&fresh, PIPELINE, size, "color@sky");
     assert_eq!(contents["size"], serde_json::json!([texels.width, texels.height, texels.layers]));
     let channels = contents["channels"].as_array().unwrap();
     assert_eq!(channels.len(), texels.channels);
@@ -71,24 +77,22 @@ fn numbers_of_the_inspector_are_those_of_a_read_back() {
     assert_eq!(value, texels.values[(y * texels.width + x) as usize], "({x}, {y})");
 }
 
-/// The captured texture of a frame of the pipeline, drawn without a window.
-fn captured(camera: &Value, size: [u32; 2], reference: &str) -> umbragraph::executor::Texels {
-    let fresh = Fresh::new();
-    let plan = Library::new().load_text("own.json", PIPELINE).unwrap();
+/// The captured texture of a frame of a pipeline, drawn without a window.
+pub(crate) fn captured(fresh: &Fresh, text: &str, size: [u32; 2], reference: &str) -> Texels {
+    let plan = Library::new().load_text("own.json", text).unwrap();
     let plan = plan.plan(&Options::new(size[0], size[1])).unwrap();
     let captures = [Capture { reference: reference.to_owned(), mip: 0 }];
     let document = document(&plan, &captures, Wanted::Pictures).unwrap();
     // The same copies, written into the pipeline itself.
-    let more: Value = serde_json::from_str(&document.text).unwrap();
+    let more: serde_json::Value = serde_json::from_str(&document.text).unwrap();
     let [subgraphs, passes] = ["subgraphs", "passes"].map(|section| more[section].to_string());
-    let text = PIPELINE.replace(
-        "\"passes\": {",
-        &format!("\"subgraphs\": {subgraphs},\n\"passes\": {{ {},", &passes[1..passes.len() - 1]),
-    );
-    // The camera of the window has not been moved, so that it is the scene's own.
-    let own = fresh.scene.frame_input_of(&fresh.scene.pose(0.0), 1.0, 0.0).camera.position;
-    let shown: [f64; 3] = serde_json::from_value(camera["position"].clone()).unwrap();
-    assert!(own.distance(DVec3::from(shown)) < 1e-3);
+    let text = match text.contains("\"passes\": {") {
+        true => text.replace(
+            "\"passes\": {",
+            &format!("\"subgraphs\": {subgraphs},\n\"passes\": {{ {},", &passes[1..passes.len() - 1]),
+        ),
+        false => text.replacen('{', &format!("{{ \"subgraphs\": {subgraphs}, \"passes\": {passes},"), 1),
+    };
     let pipeline = Library::new().load_text("own.json", &text).unwrap();
     let texture = fresh.draw(&pipeline, size, &document.imports[0]);
     pollster::block_on(read_back(&fresh.device, &fresh.queue, &texture)).unwrap()
@@ -103,6 +107,10 @@ pub(crate) struct Fresh {
 
 impl Fresh {
     pub(crate) fn new() -> Self {
+        Self::of(&crate::hand::module().join("examples/scenes/courtyard.glb"))
+    }
+
+    pub(crate) fn of(scene: &Path) -> Self {
         let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle().with_env());
         let adapter = pollster::block_on(instance.request_adapter(&Default::default())).expect("an adapter");
         let descriptor = wgpu::DeviceDescriptor {
@@ -111,17 +119,36 @@ impl Fresh {
             ..Default::default()
         };
         let (device, queue) = pollster::block_on(adapter.request_device(&descriptor)).expect("a device");
-        let scene = crate::hand::module().join("examples/scenes/courtyard.glb");
-        Self { device, queue, scene: umbragraph::scene::load(&scene).unwrap() }
+        Self { device, queue, scene: umbragraph::scene::load(scene).unwrap() }
+    }
+
+    /// The name of the spot that is nearest to a place.
+    pub(crate) fn nearest_spot(&self, place: DVec3) -> String {
+        let input = self.scene.frame_input_of(&self.scene.pose(0.0), 1.0, 0.0);
+        let spots = input.lights.iter().filter(|light| matches!(light.kind, LightKind::Spot { .. }));
+        let distance = |light: &&Light| light.position.distance(place);
+        spots.min_by(|a, b| distance(a).total_cmp(&distance(b))).expect("a spot").name.to_string()
+    }
+
+    /// The views that a CPU pass publishes in the first frame of a pipeline, by the name of their data.
+    pub(crate) fn views(&self, pipeline: &umbragraph::Pipeline, size: [u32; 2], name: &str) -> Vec<View> {
+        self.frame(pipeline, size, |executor, _| executor.data(name).expect("data").views().to_vec())
     }
 
     /// Draws the first frame of a pipeline, and returns the import `wanted`.
-    fn draw(
+    fn draw(&self, pipeline: &umbragraph::Pipeline, size: [u32; 2], wanted: &str) -> wgpu::Texture {
+        self.frame(pipeline, size, |_, textures| {
+            textures.iter().find(|(name, _)| name == wanted).expect("the texture").1.clone()
+        })
+    }
+
+    /// Draws the first frame of a pipeline, and asks for what is left of it.
+    fn frame<T>(
         &self,
         pipeline: &umbragraph::Pipeline,
         [width, height]: [u32; 2],
-        wanted: &str,
-    ) -> wgpu::Texture {
+        left: impl FnOnce(&Executor, &[(String, wgpu::Texture)]) -> T,
+    ) -> T {
         let Self { device, queue, scene } = self;
         let plan = pipeline.plan(&Options::new(width, height)).unwrap();
         let pose = scene.pose(0.0);
@@ -129,16 +156,16 @@ impl Fresh {
         let more = wgpu::TextureUsages::COPY_SRC;
         let textures: Vec<_> = plan
             .imports()
-            .filter_map(|(name, _)| Some((name, imported_texture(device, &plan, name, more)?)))
+            .filter_map(|(name, _)| Some((name.to_owned(), imported_texture(device, &plan, name, more)?)))
             .collect();
-        let imports: Vec<_> = textures.iter().map(|(name, texture)| (*name, texture)).collect();
+        let imports: Vec<_> = textures.iter().map(|(name, texture)| (name.as_str(), texture)).collect();
         let mut input = scene.frame_input_of(&pose, f64::from(width) / f64::from(height), 0.0);
         input.index = 0;
         let mut executor = Executor::new(device, queue, plan.clone(), Some(&meshes)).unwrap();
         let mut encoder = device.create_command_encoder(&Default::default());
         executor.record(&mut encoder, &Frame::new(&input).draws(&meshes).imports(&imports)).unwrap();
         queue.submit([encoder.finish()]);
-        textures.iter().find(|(name, _)| *name == wanted).expect("the texture").1.clone()
+        left(&executor, &textures)
     }
 
     /// The RGB pixels of the first frame of a pipeline, drawn without a window.

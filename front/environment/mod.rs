@@ -4,25 +4,31 @@
 //! a number becomes 0, and what 16 bits do not hold their greatest number. A pipeline with a toggle
 //! "environment_changed" reads the texture in the first frame only.
 
+mod radiance;
+
 use std::path::Path;
 
+use self::radiance::Colors;
+use crate::diagnostic::{Diagnostic, Place};
+use crate::low_level::compose::{read_bytes, unreadable};
+use crate::low_level::language::Lifetime;
+use crate::{Plan, wgpu};
 use exr::prelude::f16;
-use umbragraph::Plan;
-use umbragraph::diagnostic::{Diagnostic, Place};
-use umbragraph::low_level::language::Lifetime;
 
-use super::radiance::{self, Colors};
-use crate::read::read_file;
+pub use super::codes::ENVIRONMENT;
 
 /// The name of the imported texture.
-const IMPORT: &str = "environment";
+pub const IMPORT: &str = "environment";
 const TOGGLE: &str = "environment_changed";
+
+/// The maximum size in bytes of a file.
+const MAX_BYTES: u64 = 1 << 30;
 
 /// The largest finite value of a 16-bit float.
 const MAX: f32 = 65504.0;
 
 /// An environment picture, and its state on the device.
-pub(crate) struct Environment {
+pub struct Environment {
     colors: Colors,
     /// The texture that contains the picture; `None` until it is written.
     written: Option<wgpu::Texture>,
@@ -37,41 +43,38 @@ impl Environment {
     /// # Errors
     /// A file that cannot be read or is no .hdr or .exr. A file for a plan that imports no environment picture. A plan
     /// that needs such a picture, if no file is given.
-    pub(super) fn of(path: Option<&Path>, plan: &Plan) -> Result<Option<Self>, Diagnostic> {
-        let resource = plan.resources.get(IMPORT).filter(|one| one.lifetime == Lifetime::Imported);
-        let fits = resource.and_then(|one| one.format) == Some(wgpu::TextureFormat::Rgba16Float);
-        let Some(path) = path else {
-            let is_missing = fits && plan.toggles.contains_key(TOGGLE);
-            let message = format!("the pipeline reads the picture \"{IMPORT}\", which is not given");
-            let help =
-                "add --environment FILE with a .hdr or .exr, or switch the feature \"environment\" off";
-            let missing = Diagnostic::error(crate::codes::ENVIRONMENT, Place::Nowhere, message).help(help);
-            return if is_missing { Err(missing) } else { Ok(None) };
-        };
-        let reject = |code, message: String, help: &str| {
-            Err(Diagnostic::in_file(code, path.display().to_string(), "", message).help(help))
-        };
-        if !fits {
-            let message =
-                format!("the pipeline reads no imported texture \"{IMPORT}\" of the format rgba16float");
-            let help = "pipelines/umbra.json has one, with the feature \"environment\"";
-            return reject(crate::codes::ENVIRONMENT, message, help);
-        }
-        let bytes = read_file(path)
-            .map_err(|error| error.help("--environment names an equirectangular picture, .hdr or .exr"))?;
-        match decoded(&bytes) {
-            Ok(colors) => Ok(Some(Self { colors, written: None, is_read: false })),
-            Err(error) => reject(
-                crate::codes::ENVIRONMENT,
-                format!("the picture cannot be read: {error}"),
-                "--environment takes .hdr (Radiance) and .exr (OpenEXR)",
-            ),
+    pub fn of(path: Option<&Path>, plan: &Plan) -> Result<Option<Self>, Diagnostic> {
+        match path {
+            None => missing(plan).map_or(Ok(None), Err),
+            Some(path) => unread(path, plan).map_or_else(|| Self::read(path).map(Some), Err),
         }
     }
 
+    /// Reads an environment picture.
+    ///
+    /// # Errors
+    /// A file that cannot be read or is no .hdr or .exr.
+    pub fn read(path: &Path) -> Result<Self, Diagnostic> {
+        let name = path.display().to_string();
+        let bytes = read_bytes(path, MAX_BYTES)
+            .and_then(|bytes| bytes.ok_or_else(|| std::io::Error::other("it is larger than 1 GiB")))
+            .map_err(|error| {
+                unreadable(&name, &error).help("--environment names an equirectangular picture, .hdr or .exr")
+            })?;
+        let colors = decoded(&bytes).map_err(|error| {
+            Diagnostic::in_file(ENVIRONMENT, name, "", format!("the picture cannot be read: {error}"))
+                .help("--environment takes .hdr (Radiance) and .exr (OpenEXR)")
+        })?;
+        Ok(Self { colors, written: None, is_read: false })
+    }
+
     /// Writes the picture to the imported texture, unless the texture already contains it.
-    pub(super) fn bring(&mut self, queue: &wgpu::Queue, imports: &[(String, wgpu::Texture)]) {
-        let texture = imports.iter().find(|(name, _)| name == IMPORT).map(|(_, texture)| texture);
+    pub fn bring<'a>(
+        &mut self,
+        queue: &wgpu::Queue,
+        imports: impl IntoIterator<Item = (&'a str, &'a wgpu::Texture)>,
+    ) {
+        let texture = imports.into_iter().find(|(name, _)| *name == IMPORT).map(|(_, texture)| texture);
         let Some(texture) = texture.filter(|texture| self.written.as_ref() != Some(texture)) else { return };
         let (width, height) = (texture.width(), texture.height());
         let texels = resized(&self.colors, width as usize, height as usize);
@@ -91,14 +94,41 @@ impl Environment {
 
     /// Returns the toggle `environment_changed` with the state "off from frame 0 on", once a frame has read the
     /// picture. `None` before, and if the plan has no such toggle.
-    pub(super) fn kept(&self, plan: &Plan) -> Option<(&'static str, (u32, bool))> {
+    pub fn kept(&self, plan: &Plan) -> Option<(&'static str, (u32, bool))> {
         (self.is_read && plan.toggles.contains_key(TOGGLE)).then_some((TOGGLE, (0, false)))
     }
 
+    /// Lets the next frame read the picture once more, for a plan that starts without the results of the one before.
+    pub fn read_again(&mut self) {
+        self.is_read = false;
+    }
+
     /// Records that a frame was drawn.
-    pub(super) fn drawn(&mut self) {
+    pub fn drawn(&mut self) {
         self.is_read = true;
     }
+}
+
+/// Returns `true` if a plan imports an environment picture.
+pub fn is_read(plan: &Plan) -> bool {
+    let resource = plan.resources.get(IMPORT).filter(|one| one.lifetime == Lifetime::Imported);
+    resource.and_then(|one| one.format) == Some(wgpu::TextureFormat::Rgba16Float)
+}
+
+/// The error that a plan needs an environment picture, for a command line without one; `None` if it needs none.
+fn missing(plan: &Plan) -> Option<Diagnostic> {
+    let message = format!("the pipeline reads the picture \"{IMPORT}\", which is not given");
+    let help = "add --environment FILE with a .hdr or .exr, or switch the feature \"environment\" off";
+    (is_read(plan) && plan.toggles.contains_key(TOGGLE))
+        .then(|| Diagnostic::error(ENVIRONMENT, Place::Nowhere, message).help(help))
+}
+
+/// The error that a plan imports no environment picture, for a command line with one; `None` if it imports one.
+pub fn unread(path: &Path, plan: &Plan) -> Option<Diagnostic> {
+    let message = format!("the pipeline reads no imported texture \"{IMPORT}\" of the format rgba16float");
+    let help = "pipelines/umbra.json has one, with the feature \"environment\"";
+    (!is_read(plan))
+        .then(|| Diagnostic::in_file(ENVIRONMENT, path.display().to_string(), "", message).help(help))
 }
 
 /// Decodes a picture as OpenEXR or Radiance, by its first bytes.

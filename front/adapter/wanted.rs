@@ -5,25 +5,28 @@
 //! | `WGPU_BACKEND` | backends with commas between: `vulkan`, `metal`, `dx12`, `gl` |
 //! | `WGPU_ADAPTER_NAME` | a part of the adapter's name; `UMBRAGRAPH_ADAPTER` is the same |
 //! | `WGPU_POWER_PREF` | `low` prefers integrated GPUs, `high` and `none` discrete ones |
-//! | `WGPU_DEBUG`, `WGPU_VALIDATION` | labels for debuggers, and the messages of validation layers (see [`super::messages`]) |
+//! | `WGPU_DEBUG`, `WGPU_VALIDATION` | labels for debuggers, and the messages of validation layers (the command prints them) |
 //!
 //! An empty variable says nothing. A value that none of them has is an error; wgpu itself ignores it.
 
-use umbragraph::diagnostic::{Diagnostic, Place, list_of};
 use wgpu::Backends;
+
+use crate::diagnostic::{Diagnostic, Place, list_of};
+use crate::front::codes::NO_ADAPTER;
+use crate::wgpu;
 
 /// The environment variables that name an adapter, in order of precedence.
 const NAMES: [&str; 2] = ["WGPU_ADAPTER_NAME", "UMBRAGRAPH_ADAPTER"];
 
 /// The criteria for choosing an adapter.
 #[derive(Debug, Default, PartialEq)]
-pub(super) struct Wanted {
-    /// The backends to search; `None` for all, OpenGL last.
-    pub(super) backends: Option<Backends>,
+pub struct Wanted {
+    /// The backends to search; `None` for all.
+    pub backends: Option<Backends>,
     /// A part of the adapter's name or backend, and the option or variable that gave it.
-    pub(super) name: Option<(String, &'static str)>,
+    pub name: Option<(String, &'static str)>,
     /// Set if integrated GPUs come before discrete ones.
-    pub(super) low_power: bool,
+    pub low_power: bool,
 }
 
 impl Wanted {
@@ -31,7 +34,7 @@ impl Wanted {
     ///
     /// # Errors
     /// An invalid value of an environment variable.
-    pub(super) fn new(named: Option<&str>) -> Result<Self, Diagnostic> {
+    pub fn new(named: Option<&str>) -> Result<Self, Diagnostic> {
         Self::of(named, &|name| std::env::var_os(name).map(|value| value.to_string_lossy().into_owned()))
     }
 
@@ -70,7 +73,7 @@ fn backend(name: &str) -> Result<Backends, Diagnostic> {
 }
 
 fn error(message: String) -> Diagnostic {
-    Diagnostic::error(crate::codes::NO_ADAPTER, Place::Nowhere, message)
+    Diagnostic::error(NO_ADAPTER, Place::Nowhere, message)
 }
 
 #[cfg(test)]
