@@ -134,7 +134,8 @@ impl Project {
     ) -> Option<String> {
         let (_, before) = self.planned(path, values, None, options.clone());
         let known: BTreeSet<String> = before.iter().map(|one| one.message.clone()).collect();
-        let edited = |(file, edits): (&String, &Edits)| Some((file.clone(), edits.apply(&self.text(file)?).ok()?));
+        let edited =
+            |(file, edits): (&String, &Edits)| Some((file.clone(), edits.apply(&self.text(file)?).ok()?));
         let texts: Vec<(String, String)> = edits.iter().map(edited).collect::<Option<_>>()?;
         for (file, text) in texts {
             self.session.overlay(file, text.into_bytes());
