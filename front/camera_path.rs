@@ -2,9 +2,9 @@
 //!
 //! `orbit` goes once around the middle of the scene, at the height and distance of the scene's own camera. If obstacles
 //! are in the way, it stays before them, and goes around what that camera looks at, or around a point halfway to it, if
-//! the camera does not stand free before the middle. `walk` goes straight on at one height. All frames together go as far as the scene's radius, or up
-//! to the first obstacle. A file gives keys, between which positions are interpolated along a straight line and
-//! directions along an arc:
+//! the camera does not stand free before the middle. `walk` goes straight on at one height. All frames together go as
+//! far as the scene's radius, or up to the first obstacle. A file gives keys, between which positions are interpolated
+//! along a straight line and directions along an arc:
 //!
 //! ```json
 //! { "keys": [ { "time": 0, "position": [0, 2, 8], "target": [0, 1, 0] },
@@ -269,7 +269,8 @@ mod tests {
         assert!((half.rotation * DVec3::NEG_Z).abs_diff_eq(DVec3::Z, 1e-9));
     }
 
-    /// Spheres with these middles and radii, seen from outside, and the room from −4 to 4 around them, seen from inside.
+    /// Spheres with these middles and radii, seen from outside, and the room from −4 to 4 around them, seen from
+    /// inside.
     struct Room(Vec<(DVec3, f64)>);
 
     impl Obstacles for Room {

@@ -1,8 +1,9 @@
 //! Observations that `graph --format html` shows beside the plan: captures from a folder, and times from a trace.
 //!
 //! A file `NAME.png` is the picture of the resource NAME, `NAME@PASS.png` that of what the pass PASS leaves in it. Of
-//! `NAME.json` and `NAME.csv`, captured buffers, the first rows are shown; other JSON is passed over. Of a trace count the complete events whose names are those of passes, added up in each frame: a pass over many layers has
-//! many. The mean of all frames but the first is shown, unless there is only one.
+//! `NAME.json` and `NAME.csv`, captured buffers, the first rows are shown; other JSON is passed over. Of a trace count
+//! the complete events whose names are those of passes, added up in each frame: a pass over many layers has many. The
+//! mean of all frames but the first is shown, unless there is only one.
 
 use std::collections::BTreeMap;
 use std::path::Path;

@@ -110,8 +110,8 @@ fn add(layout: &TypeLayout, path: &str, at: usize, bytes: &[u8], fields: &mut Ve
     false
 }
 
-/// Adds the scalars of a type with their names and byte offsets; `None` if the type has an array without a fixed length,
-/// or too many scalars for columns.
+/// Adds the scalars of a type with their names and byte offsets; `None` if the type has an array without a fixed
+/// length, or too many scalars for columns.
 fn add_columns(
     layout: &TypeLayout,
     path: &str,

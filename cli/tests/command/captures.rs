@@ -9,8 +9,8 @@ use umbragraph_test_support::scratch::ScratchFolder;
 
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
 
-/// A pipeline with buffers that two shaders declare in different ways (`entries`), that one declares (`total`), and that
-/// none does (`copied`).
+/// A pipeline with buffers that two shaders declare in different ways (`entries`), that one declares (`total`), and
+/// that none does (`copied`).
 const LIST: &str = r#"{
   "format": 1, "name": "list",
   "parameters": { "count": { "type": "u32", "default": 4 } },

@@ -1,9 +1,9 @@
 //! Captures: the contents of textures and buffers at a point of the frame, for somebody to look at.
 //!
-//! A capture is an ordinary copy at the end of the document, into an import of the host. The compiler orders it after the pass whose version it names and before the next writer, keeps the contents until then, and lets
-//! nothing that shares the memory come between; no part of the executor knows of captures. [`document`] writes the text
-//! of such copies, to be included in the pipeline
-//! ([`Composed::include`](umbragraph_pipeline::compose::Composed::include)).
+//! A capture is an ordinary copy at the end of the document, into an import of the host. The compiler orders it after
+//! the pass whose version it names and before the next writer, keeps the contents until then, and lets nothing that
+//! shares the memory come between; no part of the executor knows of captures. [`document`] writes the text of such
+//! copies, to be included in the pipeline ([`Composed::include`](umbragraph_pipeline::compose::Composed::include)).
 //!
 //! Limits: one mip level each, all of its layers; all bytes of a buffer. [`Wanted`] says which resources are taken.
 

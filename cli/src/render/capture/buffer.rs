@@ -136,8 +136,9 @@ impl BufferCapture {
     fn json(&self, bytes: &[u8], max_numbers: usize) -> (String, usize) {
         let contents = buffers::contents(&self.layout, bytes, max_numbers);
         let document = json!({
-            "buffer": self.reference, "bytes": bytes.len(), "type": self.layout.label, "declared_by": self.layout.passes,
-            "other_types": self.others, "left_out": contents.left_out, "contents": contents.value,
+            "buffer": self.reference, "bytes": bytes.len(), "type": self.layout.label,
+            "declared_by": self.layout.passes, "other_types": self.others,
+            "left_out": contents.left_out, "contents": contents.value,
         });
         (laid_out(&document, "") + "\n", contents.left_out)
     }

@@ -17,7 +17,7 @@ use self::buffer::BufferCapture;
 pub(super) use self::buffer::Preview;
 use super::files::{self, Compression, Format};
 
-/// What is known of a captured resource before it is read back.
+/// The kind of a captured resource, with what is needed to write it.
 #[derive(Clone, Debug)]
 enum Contents {
     Texture {

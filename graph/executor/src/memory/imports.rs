@@ -262,8 +262,8 @@ pub fn imported_texture(
     }))
 }
 
-/// Creates a buffer for the import `name`, with the size that the plan requires and the usages `usage`. Returns `None` if
-/// the plan imports no buffer of this name.
+/// Creates a buffer for the import `name`, with the size that the plan requires and the usages `usage`. Returns `None`
+/// if the plan imports no buffer of this name.
 pub fn imported_buffer(
     device: &wgpu::Device,
     plan: &Plan,
