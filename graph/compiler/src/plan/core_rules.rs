@@ -136,7 +136,10 @@ impl Needs<'_> {
                 let message = format!(
                     "the block \"{name}\" of {template} has {bytes} bytes, which is no multiple of 16, as {profile} wants"
                 );
-                self.pass.error(codes::DEVICE_RULE, message).help("pad the block in the shader")
+                let help = format!(
+                    "write @align(16) before the first member of its structure, or leave {profile} out of \"profiles\""
+                );
+                self.pass.error(codes::DEVICE_RULE, message).help(help)
             })
         });
         found.collect()
