@@ -5,6 +5,7 @@ use std::path::Path;
 use eframe::egui;
 use eframe::egui_wgpu::RenderState;
 use serde_json::{Map, Value, json};
+use umbragraph::diagnostic::{codes, list_of};
 use umbragraph::low_level::camera_path::{CameraPath, Key};
 use umbragraph::low_level::files::replace;
 
@@ -94,8 +95,12 @@ impl Viewer {
                 self.say(said);
             }
             Action::SaveCamera => {
-                let path = self.arguments.out.join(format!("{}.camera.json", self.stem()));
-                let said = self.save_camera(&path).map(|()| format!("saved {}", path.display()));
+                let name = format!("{}.camera.json", self.stem());
+                let path = self.out().map(|folder| folder.join(name));
+                let said = path.and_then(|path| {
+                    self.save_camera(&path)?;
+                    Ok(format!("saved {}", path.display()))
+                });
                 self.say(said);
             }
             Action::ResetAll => self.values = Values::default(),
@@ -120,8 +125,8 @@ impl Viewer {
     /// Ends the recording of a clip, if there is one, and writes its file.
     pub(crate) fn end_clip(&mut self) {
         if let Some(clip) = self.clip.take() {
-            let path = files::free(&self.arguments.out, "clip", "png");
-            self.say(clip.write(&path));
+            let path = self.out().map(|folder| files::free(folder, "clip", "png"));
+            self.say(path.and_then(|path| clip.write(&path)));
         }
     }
 
@@ -152,7 +157,7 @@ impl Viewer {
         let (Some(state), Some(texture)) = (state, self.stage.targets.picture()) else {
             return Err("there is no frame yet".to_owned());
         };
-        let path = files::free(&self.arguments.out, "frame", "png");
+        let path = files::free(self.out()?, "frame", "png");
         Picture::read(&state.device, &state.queue, texture)?.write(&path)
     }
 
@@ -169,17 +174,55 @@ impl Viewer {
             return save::into_parameter_file(&self.values, path);
         }
         let name = format!("{}.params.json", self.stem());
-        let place = [&self.arguments.out, Path::new(&name)];
+        let place = [self.out()?, Path::new(&name)];
         let (written, said) = save::new_parameter_file(&self.values, place, self.written.as_ref())?;
         self.written = Some(written);
         Ok(said)
     }
 
-    fn save_document(&self) -> Result<String, String> {
+    fn save_document(&mut self) -> Result<String, String> {
         let (Some(pipeline), Some(plan)) = (self.stage.pipeline(), &self.stage.plan) else {
             return Err("there is no pipeline yet".to_owned());
         };
-        save::into_document(&self.values, &self.arguments.pipeline, pipeline.document(), plan)
+        let said = save::into_document(&self.values, &self.arguments.pipeline, pipeline.document(), plan)?;
+        // A parameter file counts more than the document.
+        self.saved = self.arguments.params.is_empty().then(|| self.values.clone());
+        Ok(said)
+    }
+
+    /// Lets go of values that were saved into the document, once it is drawn, and of values whose names the edited
+    /// files do not declare any more.
+    pub(crate) fn follow_files(&mut self) {
+        if let (Some(saved), Some(pipeline), Some(plan)) =
+            (&self.saved, self.stage.pipeline(), self.stage.plan.clone())
+            && self.values.drop_defaults(saved, pipeline.document(), &plan)
+        {
+            self.saved = None;
+        }
+        let found = self.stage.error().into_iter().flat_map(|error| error.iter());
+        let unknown =
+            found.filter(|one| one.code == codes::UNKNOWN_SETTING).map(|one| one.message.clone()).next();
+        if self.unknown == unknown {
+            return;
+        }
+        self.unknown = unknown;
+        let loaded =
+            self.unknown.as_ref().and_then(|_| self.stage.library.load(&self.arguments.pipeline).ok());
+        let gone = loaded.map(|pipeline| self.values.keep_known(pipeline.document())).unwrap_or_default();
+        if !gone.is_empty() {
+            let names = list_of(gone.iter().map(String::as_str));
+            self.say(Ok(format!(
+                "the files have no {names} any more: the values of this window are dropped"
+            )));
+        }
+    }
+
+    /// The folder for what the window writes; made if it is not there.
+    fn out(&self) -> Result<&Path, String> {
+        let folder = self.arguments.out.as_path();
+        std::fs::create_dir_all(folder)
+            .map_err(|error| format!("the folder {} of --out cannot be made: {error}", folder.display()))?;
+        Ok(folder)
     }
 
     /// Writes the camera and the bookmarks as the keys of a camera path, one second apart.
@@ -203,7 +246,7 @@ impl Viewer {
             return Ok(None);
         }
         let text = camera_file(&[view.key(0.0)]);
-        let path = files::free_or_same(&self.arguments.out, "view", "camera.json", &text);
+        let path = files::free_or_same(self.out()?, "view", "camera.json", &text);
         replace(&path, text).map_err(|found| found.message)?;
         Ok(Some(path))
     }

@@ -167,7 +167,8 @@ fn written(modifiers: Modifiers, key: Key) -> String {
             words.push_str(word);
         }
     }
-    words + key.symbol_or_name()
+    // The font has no arrows.
+    words + if OF_CONTROLS.contains(&key) { key.name() } else { key.symbol_or_name() }
 }
 
 /// Shows a group of keyboard shortcuts.

@@ -31,6 +31,9 @@ use crate::values::Values;
 /// The delay between the last change of the frame's area and the change of the frame's resolution.
 const SIZE_SETTLES: Duration = Duration::from_millis(150);
 
+/// The time for which the status bar shows a message.
+const MESSAGE_STAYS: Duration = Duration::from_secs(30);
+
 /// The application: the state of the window and its panels.
 pub(crate) struct Viewer {
     pub(crate) arguments: Arguments,
@@ -60,6 +63,8 @@ pub(crate) struct Viewer {
     pub(crate) clip: Option<Clip>,
     /// The message in the status bar, and whether it is an error.
     pub(crate) message: (String, bool),
+    /// The time of the message, after which it fades.
+    pub(crate) said: Instant,
     pub(crate) adapter: String,
     pub(crate) planning: Option<Planning>,
     pub(crate) planned: Option<Planned>,
@@ -70,6 +75,10 @@ pub(crate) struct Viewer {
     pub(crate) size: Option<[u32; 2]>,
     /// The parameter file that the window has written.
     pub(crate) written: Option<Written>,
+    /// The values that were saved into the document, until the document's own count again; `None` otherwise.
+    pub(crate) saved: Option<Values>,
+    /// The last error about an unknown name for which values of the window were looked through; `None` without one.
+    pub(crate) unknown: Option<String>,
     /// Whether a dropped scene has not been shown yet.
     pub(crate) has_dropped_scene: bool,
     /// Whether the files had errors in the last frame, so that their diagnostics have been opened once.
@@ -121,6 +130,7 @@ impl Viewer {
             places,
             clip: None,
             message: (String::new(), false),
+            said: Instant::now(),
             adapter: format!("{} ({})", info.name, info.backend),
             planning: None,
             planned: None,
@@ -128,6 +138,8 @@ impl Viewer {
             area: ([0; 2], Instant::now()),
             size: None,
             written: None,
+            saved: None,
+            unknown: None,
             has_dropped_scene: false,
             was_broken: false,
             arguments,
@@ -136,6 +148,7 @@ impl Viewer {
 
     /// Shows a message in the status bar, as an error for `Err`.
     pub(crate) fn say(&mut self, outcome: Result<String, String>) {
+        self.said = Instant::now();
         self.message = match outcome {
             Ok(said) => (said, false),
             Err(said) => (said, true),
@@ -187,7 +200,15 @@ impl Viewer {
                 self.drawn(state);
             }
             self.notice_plan();
+            self.follow_files();
             self.capture(state, context, size);
+        }
+        if !self.message.0.is_empty() {
+            let left = MESSAGE_STAYS.saturating_sub(self.said.elapsed());
+            if left.is_zero() {
+                self.message.0.clear();
+            }
+            context.request_repaint_after(left);
         }
         if self.stage.is_busy() || self.resolution.is_moving() {
             context.request_repaint_after(Duration::from_millis(8));
@@ -227,7 +248,9 @@ impl Viewer {
         if let (Some(clip), Some(texture)) = (&mut self.clip, self.stage.targets.picture()) {
             match Picture::read(&state.device, &state.queue, texture) {
                 Ok(picture) => clip.push(picture, self.clock.time, self.clock.is_playing),
-                Err(reason) => self.message = (reason, true),
+                Err(reason) => {
+                    (self.message, self.said) = ((reason, true), Instant::now());
+                }
             }
             if clip.is_full() {
                 self.end_clip();

@@ -106,6 +106,11 @@ fn no_window(error: &eframe::Error) -> Diagnostic {
     };
     let reason = error.to_string();
     let reason = reason.lines().next().unwrap_or_default();
+    // winit's errors begin with the place in its source: "os error at FILE:LINE: reason".
+    let reason = match reason.strip_prefix("os error at ").and_then(|rest| rest.split_once(".rs:")) {
+        Some((_, rest)) => rest.trim_start_matches(|c: char| c.is_ascii_digit() || c == ':' || c == ' '),
+        None => reason,
+    };
     Diagnostic::error(WINDOW, Place::Nowhere, format!("{what}: {reason}")).help(help)
 }
 

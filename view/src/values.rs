@@ -7,7 +7,7 @@
 use std::collections::BTreeMap;
 
 use serde_json::{Map, Value, json};
-use umbragraph::low_level::document::Document;
+use umbragraph::low_level::document::{self, Document};
 use umbragraph::low_level::expression;
 use umbragraph::{Error, Executor, Options, Plan, Setting};
 
@@ -121,6 +121,42 @@ impl Values {
         self.features.retain(|name, _| knows("features", name));
         self.toggles.retain(|name, _| knows("toggles", name));
         gone
+    }
+
+    /// Removes those of the values `saved` that a document and its plan have as their own defaults now, so that the
+    /// file counts again. Values that the chosen preset sets stay. Returns `true` if a value was removed.
+    pub(crate) fn drop_defaults(&mut self, saved: &Self, document: &Document, plan: &Plan) -> bool {
+        let root = &document.root;
+        let presets = root.entries_of("presets").iter();
+        let preset =
+            presets.filter(|entry| Some(&entry.key) == self.preset.as_ref()).map(|one| &one.value).next();
+        let has = |value: &document::Value, section: &str, name: &str| {
+            value.entries_of(section).iter().any(|entry| entry.key == name)
+        };
+        let is_default = |section: &str, name: &str, value: &Value| {
+            let declared = root.entries_of(section).iter().find(|entry| entry.key == name);
+            let default = declared.and_then(|entry| of_json(&entry.value.get("default")?.to_json()));
+            default.is_some_and(|default| Some(default) == of_json(value))
+                && !preset.is_some_and(|preset| has(preset, section, name))
+        };
+        // A live value is no option of the plan, so the plan has the default of the document that it was made of.
+        let is_planned = |name: &str, value: &Value| {
+            let known = plan.pipeline.parameters.get(name);
+            known.is_some_and(|one| one.structural.is_some() || Some(&one.value) == of_json(value).as_ref())
+        };
+        let before = self.clone();
+        self.parameters.retain(|name, value| {
+            saved.parameters.get(name) != Some(value)
+                || !is_default("parameters", name, value)
+                || !is_planned(name, value)
+        });
+        self.features.retain(|name, value| {
+            saved.features.get(name) != Some(value) || !is_default("features", name, value)
+        });
+        self.toggles.retain(|name, on| {
+            saved.toggles.get(name) != Some(on) || !is_default("toggles", name, &Value::Bool(*on))
+        });
+        *self != before
     }
 
     /// Returns `true` if no value has been changed.

@@ -118,6 +118,12 @@ fn values_change_live_or_plan_anew_and_are_saved() {
     let text = std::fs::read_to_string(hand.folder.join("own.json")).unwrap();
     assert!(text.starts_with("// A comment that stays.") && text.contains("// metres"), "{text}");
     assert!(text.contains("\"resolution\": { \"default\": 64 }") && text.contains("\"fxaa\""), "{text}");
+    // The document's values count again, so that an edit of the file shows.
+    hand.wait("values of the file", |state| {
+        state["given"]["features"] == json!({}) && state["given"]["toggles"] == json!({})
+    });
+    let followed = hand.settle();
+    assert_eq!(followed["features"]["fxaa"], true);
     // What was saved is there without the values of the window, too.
     hand.click("reset all");
     hand.wait("reset", |state| {

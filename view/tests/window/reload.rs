@@ -40,3 +40,18 @@ fn a_broken_edit_keeps_the_frame_and_is_mended_by_a_click() {
         state["passes"].as_array().is_some_and(|passes| passes.iter().any(|pass| pass == "dead"))
     });
 }
+
+#[test]
+fn a_value_of_a_parameter_that_leaves_the_file_goes() {
+    let Some(mut hand) = start("gone", &["--scale", "0.25", "--set", "gain=2"]) else { return };
+    let before = hand.settle();
+    assert_eq!(before["given"]["parameters"], serde_json::json!({ "gain": 2 }));
+    let start = PIPELINE.find(",\n    \"gain\"").unwrap();
+    let end = start + PIPELINE[start..].find("\n  },").unwrap();
+    let without = format!("{}{}", &PIPELINE[..start], &PIPELINE[end..]);
+    std::fs::write(hand.folder.join("own.json"), without).unwrap();
+    let state = hand.wait("no value", |state| state["given"]["parameters"] == serde_json::json!({}));
+    let said = "the files have no gain any more: the values of this window are dropped";
+    assert_eq!(state["message"], said);
+    hand.wait("no error", |state| state["errors"] == serde_json::json!([]));
+}
