@@ -2,6 +2,8 @@
 
 use eframe::egui::{self, Align2, Color32, FontId, Rect, Stroke, pos2, vec2};
 
+use crate::timings::Percentiles;
+
 /// The times of one pass, the newest last, and the colour of its line.
 pub(crate) struct Line {
     pub(crate) times: Vec<f64>,
@@ -14,7 +16,7 @@ pub(crate) fn color_of(number: usize) -> Color32 {
     egui::ecolor::Hsva::new(hue, 0.55, 0.95, 1.0).into()
 }
 
-/// Draws lines over the last `frames` frames, the newest at the right, from 0 to the longest time of all.
+/// Draws lines over the last `frames` frames, the newest at the right, from 0 to the longest usual time.
 pub(crate) fn lines(ui: &egui::Ui, rect: Rect, lines: &[Line], frames: usize) {
     let painter = ui.painter_at(rect);
     painter.rect_filled(rect, 3.0, ui.visuals().extreme_bg_color);
@@ -35,23 +37,24 @@ pub(crate) fn lines(ui: &egui::Ui, rect: Rect, lines: &[Line], frames: usize) {
 /// Draws lines with the scale of their times.
 pub(crate) fn plot(ui: &egui::Ui, rect: Rect, shown: &[Line], frames: usize) {
     let max = max_of(shown);
-    let [scale, area] = {
-        let (scale, area) = rect.split_left_right_at_x(rect.left() + 62.0);
-        [scale, area]
-    };
+    let (scale, area) = rect.split_left_right_at_x(rect.left() + 62.0);
     lines(ui, area, shown, frames);
     let color = ui.visuals().weak_text_color();
     let font = FontId::proportional(10.5);
     let plot = area.shrink2(vec2(3.0, 4.0));
     for part in [0.0, 0.5, 1.0] {
         let y = egui::lerp(plot.bottom()..=plot.top(), part);
-        let text = format!("{:.3} ms", max * f64::from(part));
+        let digits = if max >= 100.0 { 0 } else { 3 };
+        let text = format!("{:.digits$} ms", max * f64::from(part));
         let at = pos2(scale.right() - 6.0, y.clamp(rect.top() + 6.0, rect.bottom() - 6.0));
         ui.painter().text(at, Align2::RIGHT_CENTER, text, font.clone(), color);
         ui.painter().hline(area.x_range(), y, Stroke::new(0.5, color.gamma_multiply(0.3)));
     }
 }
 
+/// The time at the top: a tenth more than all but the longest 5 % of the times of each line, such as those of a frame
+/// that compiles shaders.
 fn max_of(lines: &[Line]) -> f64 {
-    lines.iter().flat_map(|line| &line.times).fold(1e-6, |max, time| max.max(*time))
+    let usual = |line: &Line| Percentiles::of(line.times.iter().copied()).map_or(0.0, |times| times.p95);
+    lines.iter().map(usual).fold(1e-6, f64::max) * 1.1
 }

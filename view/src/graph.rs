@@ -134,16 +134,14 @@ pub(crate) fn show(
 /// panel.
 struct Keys {
     cursor: Option<Cursor>,
+    /// The place where the cursor is kept from frame to frame.
+    id: egui::Id,
     /// The identities of all passes and resources of this frame.
     ids: Vec<(Selected, egui::Id)>,
     has_focus: bool,
 }
 
 impl Keys {
-    fn id(ui: &egui::Ui) -> egui::Id {
-        ui.scope_id().with("keys of the graph")
-    }
-
     /// The place of the last frame, or else that of the selection, or the first pass.
     fn new(ui: &egui::Ui, report: &Report, lanes: &[Lane<'_>], selected: Option<&Selected>) -> Self {
         let is_there = |at: &Selected| match at {
@@ -152,12 +150,13 @@ impl Keys {
                 lanes.iter().flat_map(|lane| &lane.resources).any(|one| one.name == *name)
             }
         };
-        let known: Option<Cursor> = ui.data(|data| data.get_temp(Self::id(ui)));
+        let id = ui.scope_id().with("keys of the graph");
+        let known: Option<Cursor> = ui.data(|data| data.get_temp(id));
         let first = || report.passes.first().map(|pass| Selected::Pass(pass.name.clone()));
         let fresh = || selected.cloned().filter(is_there).or_else(first);
         let cursor = known.filter(|cursor| is_there(&cursor.at));
         let cursor = cursor.or_else(|| fresh().map(|at| Cursor { at, column: 0 }));
-        Self { cursor, ids: Vec::new(), has_focus: false }
+        Self { cursor, id, ids: Vec::new(), has_focus: false }
     }
 
     /// Clicks for all, and the keyboard for one.
@@ -190,7 +189,7 @@ impl Keys {
             self.cursor = Some(next);
         }
         if let Some(cursor) = self.cursor {
-            ui.data_mut(|data| data.insert_temp(Self::id(ui), cursor));
+            ui.data_mut(|data| data.insert_temp(self.id, cursor));
         }
     }
 }

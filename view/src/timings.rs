@@ -11,6 +11,9 @@ use umbragraph::low_level::report::Report;
 use crate::chart::{self, Line};
 use crate::places::Places;
 
+/// The width of the table of times, in points; the lines have the rest.
+const TABLE: f32 = 752.0;
+
 /// The number of frames for which times are kept.
 const FRAMES: usize = 120;
 
@@ -103,11 +106,19 @@ impl Timings {
     /// Shows the table of times, with a line for each pass. Returns the name of the pass that was clicked. `has_gpu` is
     /// `false` if the device measures no GPU times.
     pub(crate) fn show(&mut self, ui: &mut egui::Ui, has_gpu: bool, places: &mut Places) -> Option<String> {
-        let mut clicked = None;
-        let (chart, response) =
-            ui.allocate_exact_size(vec2(ui.available_width(), 88.0), egui::Sense::hover());
+        let area = ui.available_rect_before_wrap();
+        let width = (area.width() - TABLE).max(220.0).min(area.width() / 2.0);
+        let (table, chart) = area.split_left_right_at_x(area.right() - width);
+        let response = ui.interact(chart, ui.scope_id().with("chart"), egui::Sense::hover());
         places.note("chart", &response);
         chart::plot(ui, chart, &self.lines(), FRAMES);
+        let table = egui::UiBuilder::new().max_rect(table);
+        ui.scope_builder(table, |ui| self.table(ui, has_gpu, places)).inner
+    }
+
+    /// Shows the times of complete frames, and the table. Returns the name of the pass that was clicked.
+    fn table(&mut self, ui: &mut egui::Ui, has_gpu: bool, places: &mut Places) -> Option<String> {
+        let mut clicked = None;
         ui.horizontal_wrapped(|ui| {
             let frames = self.frames.len();
             ui.label(RichText::new(format!("the last {frames} frames")).small().weak());
