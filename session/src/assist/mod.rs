@@ -39,6 +39,7 @@ pub use changes::{Change, ChangeError, Changes, Slot, Written};
 use context::Context;
 pub use rename::{RenameError, Renamed};
 use site::Spot;
+pub(crate) use template::Texts;
 pub use template::{TemplateItem, TemplateSymbol};
 pub use values::Computed;
 
