@@ -45,7 +45,7 @@ mod templates;
 mod tokens;
 
 pub use assist::{
-    Candidate, CandidateKind, Change, ChangeError, Changes, Computed, Cursor, Expected, Hover, RenameError,
+    Candidate, CandidateKind, Change, ChangeError, Changes, Color, Computed, Cursor, Expected, Hover, RenameError,
     Renamed, Slot, TemplateItem, TemplateSymbol, Written, kind_of,
 };
 pub use cancel::{Cancel, Cancelled};

@@ -23,6 +23,7 @@ use crate::graph::source::{FileId, Span};
 use crate::session::Session;
 pub use scan::TemplateItem;
 use builtins::Builtin;
+pub(super) use scan::word_at;
 use scan::{Declared, Scan};
 pub(crate) use texts::Texts;
 
