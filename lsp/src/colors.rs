@@ -1,8 +1,8 @@
 //! Colors of documents, as the protocol shows and changes them.
 
 use lsp_types::{
-    ColorInformation, ColorPresentation, ColorPresentationParams, DocumentColorParams, TextDocumentIdentifier,
-    TextEdit,
+    ColorInformation, ColorPresentation, ColorPresentationParams, DocumentColorParams,
+    TextDocumentIdentifier, TextEdit,
 };
 
 use crate::answers::{range, source};
@@ -18,7 +18,10 @@ fn of_document(workspace: &mut Workspace, document: &TextDocumentIdentifier) -> 
 }
 
 /// Returns the colors of a document. The protocol's colors are encoded as sRGB.
-pub(crate) fn colors(workspace: &mut Workspace, params: &DocumentColorParams) -> Option<Vec<ColorInformation>> {
+pub(crate) fn colors(
+    workspace: &mut Workspace,
+    params: &DocumentColorParams,
+) -> Option<Vec<ColorInformation>> {
     let colors = of_document(workspace, &params.text_document)?;
     let shown = |color: &Color| {
         let [red, green, blue, alpha] = color.shown.map(|one| one as f32);

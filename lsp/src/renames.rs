@@ -20,7 +20,10 @@ const MAX_TEST_BYTES: u64 = 1 << 20;
 
 /// Returns the place of a name of a template that is to be renamed: at the cursor in the template, or declared for the
 /// key of a binding at the cursor. Also returns the place of the name at the cursor, for a key.
-fn of_template(workspace: &mut Workspace, at: &TextDocumentPositionParams) -> Option<(FileId, usize, Option<Span>)> {
+fn of_template(
+    workspace: &mut Workspace,
+    at: &TextDocumentPositionParams,
+) -> Option<(FileId, usize, Option<Span>)> {
     match Template::at(workspace, at) {
         Some((Template::Wgsl(file), offset)) => return Some((file, offset, None)),
         Some((Template::Axes(_), _)) => return None,
@@ -50,7 +53,10 @@ pub(crate) fn prepare(
     }))
 }
 
-pub(crate) fn rename(workspace: &mut Workspace, params: RenameParams) -> Result<Option<WorkspaceEdit>, String> {
+pub(crate) fn rename(
+    workspace: &mut Workspace,
+    params: RenameParams,
+) -> Result<Option<WorkspaceEdit>, String> {
     workspace.refresh();
     let at = params.text_document_position;
     let renamed = match of_template(workspace, &at) {
@@ -83,7 +89,11 @@ fn add(renamed: &mut Renamed, edits: BTreeMap<String, Edits>) {
     }
 }
 
-fn in_templates(workspace: &mut Workspace, (file, offset): (FileId, usize), new: &str) -> Result<Renamed, String> {
+fn in_templates(
+    workspace: &mut Workspace,
+    (file, offset): (FileId, usize),
+    new: &str,
+) -> Result<Renamed, String> {
     let named = workspace.session.template_renamable(file, offset);
     let targets = workspace.pipelines();
     let edits = workspace.sure(|session| session.template_rename(file, offset, new, &targets));
@@ -97,7 +107,11 @@ fn in_templates(workspace: &mut Workspace, (file, offset): (FileId, usize), new:
     Ok(renamed)
 }
 
-fn in_documents(workspace: &mut Workspace, at: TextDocumentPositionParams, new: &str) -> Result<Renamed, String> {
+fn in_documents(
+    workspace: &mut Workspace,
+    at: TextDocumentPositionParams,
+    new: &str,
+) -> Result<Renamed, String> {
     let mut next = Asked::of(workspace, at);
     let declared =
         next.as_ref().and_then(|asked| workspace.sure(|session| session.declared(&asked.cursor())));
@@ -147,13 +161,16 @@ fn further(workspace: &mut Workspace, renamed: &Renamed, done: &BTreeSet<Target>
 fn warn(workspace: &mut Workspace, old: &str, files: &[PathBuf], reason: &str) {
     if !files.is_empty() {
         let list: Vec<String> = files.iter().map(|path| format!("\"{}\"", path.display())).collect();
-        workspace.warnings.push(format!("\"{old}\" stays in {}: {reason}. Change it by hand.", list.join(", ")));
+        workspace
+            .warnings
+            .push(format!("\"{old}\" stays in {}: {reason}. Change it by hand.", list.join(", ")));
     }
 }
 
 /// Returns the tests of shader functions beside templates in which a name is a word.
 fn tests_with<'p>(templates: impl Iterator<Item = &'p Path>, name: &str) -> Vec<PathBuf> {
-    let folders: BTreeSet<&Path> = templates.filter(|path| is_template(path)).filter_map(Path::parent).collect();
+    let folders: BTreeSet<&Path> =
+        templates.filter(|path| is_template(path)).filter_map(Path::parent).collect();
     let files = folders.into_iter().filter_map(|folder| std::fs::read_dir(folder).ok()).flatten().flatten();
     let mut found: Vec<PathBuf> = files.map(|file| file.path()).collect();
     found.retain(|path| {

@@ -163,7 +163,8 @@ impl Workspace {
     /// Returns all pipelines of the workspace.
     pub(crate) fn pipelines(&mut self) -> Vec<Target> {
         self.readers_of(Path::new(""));
-        let paths: BTreeSet<&PathBuf> = self.readers.iter().flatten().flat_map(|(_, targets)| targets).collect();
+        let paths: BTreeSet<&PathBuf> =
+            self.readers.iter().flatten().flat_map(|(_, targets)| targets).collect();
         paths.into_iter().map(Target::new).collect()
     }
 

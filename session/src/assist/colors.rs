@@ -80,7 +80,13 @@ pub(super) fn colors(context: &Context<'_>) -> Vec<Color> {
     found
 }
 
-fn below<'v>(context: &Context<'_>, value: &'v Value, way: &mut Vec<&'v str>, parent: &'v Value, found: &mut Vec<Color>) {
+fn below<'v>(
+    context: &Context<'_>,
+    value: &'v Value,
+    way: &mut Vec<&'v str>,
+    parent: &'v Value,
+    found: &mut Vec<Color>,
+) {
     for entry in value.entries().into_iter().flatten() {
         way.push(&entry.key);
         below(context, &entry.value, way, value, found);

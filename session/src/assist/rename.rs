@@ -166,7 +166,9 @@ fn obstacle(context: &Context<'_>, id: Id) -> Option<&'static str> {
 fn declaring(context: &Context<'_>, id: Id) -> Vec<Span> {
     let Context { sources, composed, model, .. } = *context;
     let declaration = model.declaration(id);
-    let place = context.value_of(declaration).map_or(declaration.place, |value| value.get("type").unwrap_or(value).span);
+    let place = context
+        .value_of(declaration)
+        .map_or(declaration.place, |value| value.get("type").unwrap_or(value).span);
     let mut places = vec![place];
     for file in composed.files.iter().filter(|file| declaration.kind == K::Derived && **file != place.file) {
         let Document { root } = parse(sources, *file).document;

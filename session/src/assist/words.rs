@@ -34,9 +34,14 @@ fn described(context: &Context<'_>, name: &str, format: TextureFormat) -> String
     if profiles.is_empty() {
         profiles.push(context.choice.profile.clone());
     }
-    let uses: Vec<(String, String)> = profiles.iter().map(|one| (one.name.to_string(), uses(format, one))).collect();
+    let uses: Vec<(String, String)> =
+        profiles.iter().map(|one| (one.name.to_string(), uses(format, one))).collect();
     let (width, height) = format.block_dimensions();
-    let of = if (width, height) == (1, 1) { "texel".to_owned() } else { format!("block of {width} × {height} texels") };
+    let of = if (width, height) == (1, 1) {
+        "texel".to_owned()
+    } else {
+        format!("block of {width} × {height} texels")
+    };
     let size = match format.block_copy_size(None) {
         Some(bytes) => format!("{bytes} bytes per {of}"),
         None => "bytes per texel depend on the device".to_owned(),
@@ -64,7 +69,8 @@ fn uses(format: TextureFormat, profile: &TargetProfile) -> String {
         (Flags::STORAGE_READ_ONLY, "storage (read)"),
         (Flags::STORAGE_WRITE_ONLY, "storage (write)"),
     ];
-    let storage = storage.into_iter().map(|(flag, word)| (may(TextureUsages::STORAGE_BINDING) && has(flag), word));
+    let storage =
+        storage.into_iter().map(|(flag, word)| (may(TextureUsages::STORAGE_BINDING) && has(flag), word));
     let list = [
         (has(Flags::FILTERABLE), "filterable"),
         (may(TextureUsages::RENDER_ATTACHMENT), "renderable"),

@@ -37,7 +37,8 @@ fn at<'v>(root: &'v Value, pointer: &str) -> Option<&'v Value> {
 /// Returns the span of a string without its quotes; `None` if the string is written with escapes.
 fn inside(sources: &Sources, place: Span, text: &str) -> Option<Span> {
     let written = sources.text(place);
-    (written.len() == text.len() + 2 && &written[1..=text.len()] == text).then(|| place.inside(1..text.len() + 1))
+    (written.len() == text.len() + 2 && &written[1..=text.len()] == text)
+        .then(|| place.inside(1..text.len() + 1))
 }
 
 impl Found {
@@ -100,9 +101,11 @@ impl Found {
                 }
             }
         }
-        let is_shared = |span: &Span| inside(sources, *span, old).is_some_and(|span| found.spans.contains(&span));
+        let is_shared =
+            |span: &Span| inside(sources, *span, old).is_some_and(|span| found.spans.contains(&span));
         if others.iter().any(is_shared) {
-            found.obstacle = Some(format!("passes with other templates share the key \"{old}\" under \"bind\""));
+            found.obstacle =
+                Some(format!("passes with other templates share the key \"{old}\" under \"bind\""));
         }
         found
     }
@@ -118,7 +121,11 @@ impl Found {
 impl Session {
     /// Returns the place and the text of the name at a byte of a template; `None` if no declared name is there. The
     /// inner result is an error if the name cannot be changed.
-    pub fn template_renamable(&mut self, file: FileId, offset: usize) -> Option<Result<(Span, String), RenameError>> {
+    pub fn template_renamable(
+        &mut self,
+        file: FileId,
+        offset: usize,
+    ) -> Option<Result<(Span, String), RenameError>> {
         self.in_template(file, |unit| {
             let (_, range) = unit.spot(offset)?;
             let found = places(unit, offset)?;

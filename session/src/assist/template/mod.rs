@@ -21,8 +21,8 @@ use crate::graph::shader::tags::{TagKind, Word, WordKind};
 use crate::graph::shader::{Axes, Axis};
 use crate::graph::source::{FileId, Span};
 use crate::session::Session;
-pub use scan::TemplateItem;
 use builtins::Builtin;
+pub use scan::TemplateItem;
 pub(super) use scan::word_at;
 use scan::{Declared, Scan};
 pub(crate) use texts::Texts;
@@ -221,12 +221,15 @@ impl<'a> Unit<'a> {
                     }
                 }
                 None => {
-                let builtin = || {
-                    let Builtin { name, signature, about } = builtins::builtin(word)?;
-                    Some(format!("{}\n\nBuilt-in function of WGSL: {about}.", code(&format!("{name}{signature}"))))
-                };
-                self.told(word, |kind| kind != TemplateItem::Member).or_else(builtin)?
-            }
+                    let builtin = || {
+                        let Builtin { name, signature, about } = builtins::builtin(word)?;
+                        Some(format!(
+                            "{}\n\nBuilt-in function of WGSL: {about}.",
+                            code(&format!("{name}{signature}"))
+                        ))
+                    };
+                    self.told(word, |kind| kind != TemplateItem::Member).or_else(builtin)?
+                }
             },
             Spot::Member(word) => self.told(word, |kind| kind == TemplateItem::Member)?,
         };
@@ -302,7 +305,12 @@ impl<'a> Unit<'a> {
                 }
                 for Builtin { name, signature, about } in builtins::all().filter(|_| !is_member) {
                     let detail = Some(format!("{name}{signature}"));
-                    add(CandidateKind::Function, name, detail, Some(format!("Built-in function of WGSL: {about}.")));
+                    add(
+                        CandidateKind::Function,
+                        name,
+                        detail,
+                        Some(format!("Built-in function of WGSL: {about}.")),
+                    );
                 }
                 range
             }

@@ -71,7 +71,8 @@ impl<'a> Family<'a> {
         while let Some(holder) = next.pop() {
             for met in texts.met(holder).1 {
                 let is_new = seen.insert(met);
-                let has = || texts.scan(met).is_some_and(|(_, scan)| !occurrences(scan, name, sort).is_empty());
+                let has =
+                    || texts.scan(met).is_some_and(|(_, scan)| !occurrences(scan, name, sort).is_empty());
                 if is_new && has() && holders.insert(met) {
                     next.push(met);
                 }
@@ -101,7 +102,8 @@ fn occurrences(scan: Scan<'_>, name: &str, sort: Sort) -> Vec<Range<usize>> {
         Sort::Member => scan.words(name).filter(|range| scan.is_member(range)).collect(),
         Sort::Module => {
             let is_it = |range: &Range<usize>| {
-                !scan.is_member(range) && scan.local(name, range.start).is_none_or(|at| at.start > range.start)
+                !scan.is_member(range)
+                    && scan.local(name, range.start).is_none_or(|at| at.start > range.start)
             };
             scan.words(name).filter(is_it).collect()
         }
@@ -148,7 +150,12 @@ pub(super) fn places<'a>(unit: &Unit<'a>, offset: usize) -> Option<Result<Places
 }
 
 /// The places of a local name: all in its function.
-fn local(unit: &Unit<'_>, old: &str, function: &Declared, scan: Scan<'_>) -> Result<Vec<Range<usize>>, String> {
+fn local(
+    unit: &Unit<'_>,
+    old: &str,
+    function: &Declared,
+    scan: Scan<'_>,
+) -> Result<Vec<Range<usize>>, String> {
     if unit.named(old).any(|(_, _, one)| !matches!(one.kind, TemplateItem::Member | TemplateItem::Block)) {
         return Err(format!("a declaration of the module has the name \"{old}\", too"));
     }
@@ -163,7 +170,9 @@ fn local(unit: &Unit<'_>, old: &str, function: &Declared, scan: Scan<'_>) -> Res
         return Err(format!("{name} uses \"{old}\" without a declaration, and may mean this one"));
     }
     written_by_tags(unit.scans.iter().map(|(name, (_, scan))| (*name, *scan)), old)?;
-    let is_input = |range: Range<usize>| scan.flat[attributes_start(scan.flat, range.start)..range.start].contains("@location");
+    let is_input = |range: Range<usize>| {
+        scan.flat[attributes_start(scan.flat, range.start)..range.start].contains("@location")
+    };
     if scan.words(old).filter(is_in).any(is_input) {
         return Err(format!("\"{old}\" has a location: geometries of pipelines name such inputs"));
     }
@@ -179,20 +188,24 @@ fn refused(family: &Family<'_>, old: &str, sort: Sort) -> Result<InJson, String>
             axis.name
         ));
     }
-    let kinds: Vec<(Scan<'_>, &Declared)> = family
-        .declared()
-        .filter(|(scan, one)| scan.name(one) == old && sort_of(one.kind) == sort)
-        .collect();
+    let kinds: Vec<(Scan<'_>, &Declared)> =
+        family.declared().filter(|(scan, one)| scan.name(one) == old && sort_of(one.kind) == sort).collect();
     if sort == Sort::Tag {
         return match kinds.is_empty() {
-            true => Err(format!("\"{old}\" is neither a block nor a macro; only their names are changed in tags")),
+            true => {
+                Err(format!("\"{old}\" is neither a block nor a macro; only their names are changed in tags"))
+            }
             false => Ok(InJson::Nowhere),
         };
     }
     written_by_tags(family.scans().map(|(name, _, scan)| (name, scan)), old)?;
-    let has_word = |axis: &&Axis| matches!(&axis.kind, AxisKind::Enum(words) if words.iter().any(|word| word == old));
+    let has_word =
+        |axis: &&Axis| matches!(&axis.kind, AxisKind::Enum(words) if words.iter().any(|word| word == old));
     if let Some(axis) = family.axes().find(has_word) {
-        return Err(format!("the axis \"{}\" has the value \"{old}\", by which tags can write the name", axis.name));
+        return Err(format!(
+            "the axis \"{}\" has the value \"{old}\", by which tags can write the name",
+            axis.name
+        ));
     }
     if sort == Sort::Member {
         return member(family, old, &kinds).map(|()| InJson::Nowhere);
@@ -203,7 +216,9 @@ fn refused(family: &Family<'_>, old: &str, sort: Sort) -> Result<InJson, String>
     let of = |wanted: &[&str]| {
         kinds.iter().any(|(scan, one)| {
             let text = &scan.flat[one.whole.clone()];
-            wanted.iter().any(|attribute| text.starts_with(attribute) || text.contains(&format!(" {attribute}")))
+            wanted
+                .iter()
+                .any(|attribute| text.starts_with(attribute) || text.contains(&format!(" {attribute}")))
         })
     };
     let is_binding = |(scan, one): &(Scan<'_>, &Declared)| {
@@ -216,7 +231,9 @@ fn refused(family: &Family<'_>, old: &str, sort: Sort) -> Result<InJson, String>
             ["@group(0)", "@group(1)"].iter().any(|group| text.contains(group))
         };
         if old == OF_HOST || !kinds.iter().all(|one| is_binding(one) && is_of_pass(one)) {
-            return Err(format!("the host may bind \"{old}\" by its name: it is not in group 0 or 1 everywhere"));
+            return Err(format!(
+                "the host may bind \"{old}\" by its name: it is not in group 0 or 1 everywhere"
+            ));
         }
         return Ok(InJson::Binding);
     }
@@ -232,13 +249,13 @@ fn sort_of(kind: TemplateItem) -> Sort {
 }
 
 /// Returns an error if tags may write a name: by a string, or together with text.
-fn written_by_tags<'a>(
-    scans: impl Iterator<Item = (&'a str, Scan<'a>)>,
-    word: &str,
-) -> Result<(), String> {
+fn written_by_tags<'a>(scans: impl Iterator<Item = (&'a str, Scan<'a>)>, word: &str) -> Result<(), String> {
     for (name, scan) in scans {
-        let mut strings = scan.tags.iter().flat_map(|tag| &tag.words).filter(|one| one.kind == WordKind::Text);
-        if strings.any(|one| scan.text[one.range.clone()].split(|c: char| !is_of_name(c)).any(|part| part == word)) {
+        let mut strings =
+            scan.tags.iter().flat_map(|tag| &tag.words).filter(|one| one.kind == WordKind::Text);
+        if strings
+            .any(|one| scan.text[one.range.clone()].split(|c: char| !is_of_name(c)).any(|part| part == word))
+        {
             return Err(format!("a tag of {name} has the text \"{word}\", and may write the name"));
         }
         if let Some(written) = scan.generated().find(|written| can_be(written, word)) {
@@ -259,7 +276,8 @@ fn can_be(written: &str, name: &str) -> bool {
 
 /// Returns an error if a member may be one of several structures, or if the host knows its name.
 fn member(family: &Family<'_>, old: &str, kinds: &[(Scan<'_>, &Declared)]) -> Result<(), String> {
-    let is_swizzle = old.len() <= 4 && ["xyzw", "rgba"].iter().any(|all| old.chars().all(|c| all.contains(c)));
+    let is_swizzle =
+        old.len() <= 4 && ["xyzw", "rgba"].iter().any(|all| old.chars().all(|c| all.contains(c)));
     if is_swizzle || OF_VALUES.contains(&old) {
         return Err(format!("values of WGSL's own types have a member \"{old}\", too"));
     }
@@ -270,7 +288,9 @@ fn member(family: &Family<'_>, old: &str, kinds: &[(Scan<'_>, &Declared)]) -> Re
         ));
     };
     let is_around = |other: &&Declared| {
-        other.kind == TemplateItem::Structure && other.whole.start <= one.name.start && one.name.end <= other.whole.end
+        other.kind == TemplateItem::Structure
+            && other.whole.start <= one.name.start
+            && one.name.end <= other.whole.end
     };
     let Some(structure) = scan.declared.iter().find(is_around) else {
         return Err(format!("\"{old}\" is in no structure"));
@@ -316,8 +336,9 @@ fn also_local<'a>(family: &Family<'a>, old: &str) -> Option<&'a str> {
         scan.words(old).any(|range| !scan.is_member(&range) && scan.local(old, range.start).is_some())
     };
     let is_loose = |(_, _, scan): &(&str, FileId, Scan<'_>)| {
-        let is_declaration =
-            |range: &Range<usize>| scan.declared.iter().any(|one| one.whole.start <= range.start && range.end <= one.whole.end);
+        let is_declaration = |range: &Range<usize>| {
+            scan.declared.iter().any(|one| one.whole.start <= range.start && range.end <= one.whole.end)
+        };
         scan.words(old).any(|range| !is_declaration(&range))
     };
     let (name, ..) = family.scans().find(is_local)?;
@@ -382,7 +403,8 @@ fn hides(scan: Scan<'_>, file: FileId, places: &Places<'_>, new: &str) -> bool {
         let function = scan.function_at(range.start).map_or(0..scan.text.len(), |one| one.whole.clone());
         let is_in = |place: &Span| place.file == file && function.contains(&(place.start as usize));
         // A text in no function may be in any.
-        let is_loose = |place: &Span| places.function.is_none() && scan.function_at(place.start as usize).is_none();
+        let is_loose =
+            |place: &Span| places.function.is_none() && scan.function_at(place.start as usize).is_none();
         places.spans.iter().any(|place| is_in(place) || place.file == file && is_loose(place))
     };
     scan.words(new).filter(|range| !scan.is_member(range)).any(is_near)

@@ -26,7 +26,8 @@ impl Texts {
     fn new(set: Arc<TemplateSet>, sources: &Sources, before: Option<&Self>) -> Self {
         let mut all = BTreeMap::new();
         for name in set.names() {
-            let Some((file, source)) = set.file(name).and_then(|file| Some((file, sources.get(file)?))) else {
+            let Some((file, source)) = set.file(name).and_then(|file| Some((file, sources.get(file)?)))
+            else {
                 continue;
             };
             let known = before.and_then(|before| before.all.get(name));
@@ -90,7 +91,9 @@ fn reached<'a>(from: impl IntoIterator<Item = &'a str>, steps: &'a Steps) -> Vec
     let mut known: BTreeSet<&str> = all.iter().copied().collect();
     let mut at = 0;
     while let Some(name) = all.get(at).copied() {
-        all.extend(steps.get(name).into_iter().flatten().map(String::as_str).filter(|next| known.insert(next)));
+        all.extend(
+            steps.get(name).into_iter().flatten().map(String::as_str).filter(|next| known.insert(next)),
+        );
         at += 1;
     }
     all
