@@ -165,7 +165,9 @@ impl Workspace {
         self.readers_of(Path::new(""));
         let paths: BTreeSet<&PathBuf> =
             self.readers.iter().flatten().flat_map(|(_, targets)| targets).collect();
-        paths.into_iter().map(Target::new).collect()
+        // An open document may lie outside of the folders.
+        let all: BTreeSet<Target> = paths.into_iter().map(Target::new).chain(self.told()).collect();
+        all.into_iter().collect()
     }
 
     /// Returns the parameter files of the workspace in which a section, such as `parameters`, has a key.

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::{Value as Json, json};
 use umbragraph::low_level::compose::Roots;
-use umbragraph::low_level::session::{Session, Target, Template, TemplateItem, TemplateText};
+use umbragraph::low_level::session::{Session, Target, Template, TemplateText};
 use umbragraph::{DiskStorage, with_templates};
 use umbragraph_test_support::property;
 use umbragraph_test_support::random::Random;
@@ -248,36 +248,50 @@ fn own_library() -> Session {
     session
 }
 
+/// A value with a name replaced in all its texts.
+fn replaced_in(value: &Json, name: &str, by: &str) -> Json {
+    match value {
+        Json::String(text) => replaced(text, name, by).into(),
+        Json::Array(list) => list.iter().map(|one| replaced_in(one, name, by)).collect(),
+        Json::Object(members) => {
+            let member = |(key, one): (&String, &Json)| (replaced(key, name, by), replaced_in(one, name, by));
+            members.iter().map(member).collect()
+        }
+        other => other.clone(),
+    }
+}
+
 #[test]
 fn renames_in_templates_keep_generated_wgsl() {
     let mut session = own_library();
-    let pipelines = ["nebula.json", "caracal.json", "lore.json", "learn/32-own-lighting.json"];
+    let pipelines = ["nebula.json", "learn/32-own-lighting.json"];
     let targets = pipelines.map(|name| Target::new(root().join("pipelines").join(name)));
-    let all = |session: &mut Session, new: &str, old: &str| {
-        let shown = targets.each_ref().map(|target| {
+    // Programs with the name given back, and diagnostics.
+    let all = |session: &mut Session, new: &str, old: &str| -> Vec<(Json, Vec<String>)> {
+        let of_target = |target: &Target| {
             let choice = choice(session, target);
             let (planned, diagnostics) = session.plan(target, &choice).expect("nothing cancels");
             assert!(planned.report.plan.is_some(), "{diagnostics:?}");
             let (_, programs, lines) = shown(&planned, &diagnostics, new, old);
-            (replaced(&programs.to_string(), new, old), lines)
-        });
-        shown.to_vec()
+            (replaced_in(&programs, new, old), lines)
+        };
+        targets.iter().map(of_target).collect()
     };
+    let new = "zz_fresh_name";
+    let before = all(&mut session, new, new);
+    let text = format!("{before:?}");
     let mut names = Vec::new();
     let set = session.templates();
     for name in set.names() {
         let file = set.file(name).expect("a file");
-        names.extend(session.template_symbols(file).into_iter().map(|symbol| (name.to_owned(), symbol)));
+        let symbols = session.template_symbols(file).into_iter().filter(|one| text.contains(&one.name));
+        names.extend(symbols.map(|symbol| (name.to_owned(), symbol)));
     }
     let mut random = Random(property::seed().wrapping_mul(9_000));
     random.shuffle(&mut names);
-    let (most, new) = (if property::times() == 1 { 14 } else { usize::MAX }, "zz_fresh_name");
-    let before = all(&mut session, "_", "_");
-    let (mut renamed, mut bound, mut seen, mut refused) = (0, 0, 0, BTreeMap::<String, usize>::new());
+    let most = if property::times() == 1 { 10 } else { usize::MAX };
+    let (mut renamed, mut bound, mut refused) = (0, 0, BTreeMap::<String, usize>::new());
     for (template, symbol) in names {
-        if renamed >= most && bound > 0 && seen > 3 {
-            break;
-        }
         let at = symbol.place.start as usize;
         let edits = session.template_rename(symbol.place.file, at, new, &targets).expect("nothing cancels");
         let edits = match edits {
@@ -289,22 +303,13 @@ fn renames_in_templates_keep_generated_wgsl() {
             None => continue,
         };
         let is_bound = edits.keys().any(|file| Path::new(file).extension().is_some_and(|end| end == "json"));
-        let is_wanted = renamed < most || is_bound && bound == 0 || symbol.kind == TemplateItem::Function;
-        if !is_wanted {
+        if renamed >= most && !(is_bound && bound == 0) {
             continue;
         }
         overlay(&mut session, &edits);
-        let after = all(&mut session, new, &symbol.name);
-        assert_eq!(after, before, "{template}: {symbol:?}");
-        let is_seen = session.load(&targets[0]).is_ok() && {
-            let raw = all(&mut session, "_", "_");
-            raw != before
-        };
-        (renamed, bound, seen) = (renamed + 1, bound + usize::from(is_bound), seen + usize::from(is_seen));
+        assert_eq!(all(&mut session, new, &symbol.name), before, "{template}: {symbol:?}");
+        (renamed, bound) = (renamed + 1, bound + usize::from(is_bound));
         edits.keys().for_each(|file| session.close(file));
     }
-    assert!(
-        renamed >= 14 && bound > 0 && seen > 3,
-        "{renamed} renamed, {bound} bound, {seen} seen: {refused:#?}"
-    );
+    assert!(renamed >= 10 && bound > 0, "{renamed} renamed, {bound} bound: {refused:#?}");
 }

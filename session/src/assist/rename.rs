@@ -13,7 +13,8 @@
 //! an axis has already is refused as the new one, since the axis would take the value.
 //!
 //! Limits: only settings with the key `shader` of a pass are known to name a template. The variable of a loop in a
-//! subgraph file cannot be a derived value, and is refused. Parameter files belong to no pipeline, and are not renamed.
+//! subgraph file cannot be a derived value, and is refused. Parameter files belong to no pipeline, and are not renamed;
+//! the language server names them to the user.
 
 use std::collections::BTreeMap;
 

@@ -402,9 +402,11 @@ fn hides(scan: Scan<'_>, file: FileId, places: &Places<'_>, new: &str) -> bool {
     let is_near = |range: Range<usize>| {
         let function = scan.function_at(range.start).map_or(0..scan.text.len(), |one| one.whole.clone());
         let is_in = |place: &Span| place.file == file && function.contains(&(place.start as usize));
-        // A text in no function may be in any.
-        let is_loose =
-            |place: &Span| places.function.is_none() && scan.function_at(place.start as usize).is_none();
+        // A text in no declaration may be in any function.
+        let is_loose = |place: &Span| {
+            let is_around = |one: &Declared| one.whole.contains(&(place.start as usize));
+            places.function.is_none() && !scan.declared.iter().any(is_around)
+        };
         places.spans.iter().any(|place| is_in(place) || place.file == file && is_loose(place))
     };
     scan.words(new).filter(|range| !scan.is_member(range)).any(is_near)
