@@ -34,13 +34,6 @@ fn at<'v>(root: &'v Value, pointer: &str) -> Option<&'v Value> {
     pointer.split('/').skip(1).try_fold(root, |value, key| value.get(&unescaped(key)))
 }
 
-/// Returns the span of a string without its quotes; `None` if the string is written with escapes.
-fn inside(sources: &Sources, place: Span, text: &str) -> Option<Span> {
-    let written = sources.text(place);
-    (written.len() == text.len() + 2 && &written[1..=text.len()] == text)
-        .then(|| place.inside(1..text.len() + 1))
-}
-
 impl Found {
     /// The places in a pipeline of a name of its templates. `new` is looked for as a key that is there already.
     fn of(loaded: &Loaded, sources: &Sources, texts: &Texts, named: &Places<'_>, new: Option<&str>) -> Self {
@@ -66,7 +59,7 @@ impl Found {
                     let stages = kind.value.get("entry_points");
                     let words = STAGES.iter().filter_map(|stage| stages?.get(stage));
                     for word in words.filter(|word| is_seen && word.text() == Some(old)) {
-                        found.push(sources, word.span, old);
+                        found.push(word.span, old);
                     }
                 }
                 InJson::Binding => {
@@ -77,7 +70,7 @@ impl Found {
                     }
                     match bind.entry(old) {
                         Some(entry) if is_seen => {
-                            found.push(sources, entry.key_span, old);
+                            found.push(entry.key_span, old);
                             pointers.push(pointer_join(&one.pointer, &kind.key) + "/bind");
                         }
                         Some(entry) => drop(others.insert(entry.key_span)),
@@ -97,12 +90,12 @@ impl Found {
             let document = parse(sources, *file).document;
             for pointer in pointers.iter().filter_map(|pointer| pointer.strip_prefix(prefix.as_str())) {
                 if let Some(entry) = at(&document.root, pointer).and_then(|bind| bind.entry(old)) {
-                    found.push(sources, entry.key_span, old);
+                    found.push(entry.key_span, old);
                 }
             }
         }
         let is_shared =
-            |span: &Span| inside(sources, *span, old).is_some_and(|span| found.spans.contains(&span));
+            |span: &Span| span.of_quoted(old, 0..old.len()).is_some_and(|span| found.spans.contains(&span));
         if others.iter().any(is_shared) {
             found.obstacle =
                 Some(format!("passes with other templates share the key \"{old}\" under \"bind\""));
@@ -110,8 +103,8 @@ impl Found {
         found
     }
 
-    fn push(&mut self, sources: &Sources, place: Span, text: &str) {
-        match inside(sources, place, text) {
+    fn push(&mut self, place: Span, text: &str) {
+        match place.of_quoted(text, 0..text.len()) {
             Some(span) => drop(self.spans.insert(span)),
             None => self.obstacle = Some(format!("a file writes \"{text}\" with escapes")),
         }
