@@ -1,30 +1,30 @@
 //! The answers to requests.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use lsp_types::request::{
-    CodeActionRequest, CodeLensRequest, Completion, DocumentSymbolRequest, ExecuteCommand, Formatting,
-    GotoDefinition, HoverRequest, InlayHintRequest, PrepareRenameRequest, References, Rename, Request as _,
-    SemanticTokensFullRequest,
+    CodeActionRequest, CodeLensRequest, ColorPresentationRequest, Completion, DocumentColor,
+    DocumentSymbolRequest, ExecuteCommand, Formatting, GotoDefinition, HoverRequest, InlayHintRequest,
+    PrepareRenameRequest, References, Rename, Request as _, SemanticTokensFullRequest,
 };
 use lsp_types::{
     CodeAction, CodeActionKind, CodeActionOrCommand, CodeActionParams, CompletionItem, CompletionItemKind,
     CompletionParams, CompletionTextEdit, DocumentFormattingParams, DocumentSymbolParams, Documentation,
     ExecuteCommandParams, GotoDefinitionParams, Hover, HoverContents, HoverParams, InlayHint, InlayHintLabel,
-    InlayHintParams, Location, MarkupContent, MarkupKind, PrepareRenameResponse, Range, ReferenceParams,
-    RenameParams, SemanticTokensParams, TextDocumentIdentifier, TextDocumentPositionParams, TextEdit,
-    WorkspaceEdit,
+    InlayHintParams, Location, MarkupContent, MarkupKind, Range, ReferenceParams, SemanticTokensParams,
+    TextDocumentIdentifier, TextDocumentPositionParams, TextEdit, WorkspaceEdit,
 };
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::Value as Json;
 
 use crate::capabilities::COMMANDS;
+use crate::colors;
 use crate::configuration;
 use crate::generated;
 use crate::outline;
-use crate::position::is_whole;
+use crate::renames;
 use crate::templates::{self, Template, is_axes};
 use crate::workspace::{Workspace, document_path, is_document};
 use umbragraph_graph::diagnostic::Fix;
@@ -32,7 +32,7 @@ use umbragraph_graph::document::format;
 use umbragraph_graph::edit::Edit;
 use umbragraph_graph::model::DeclarationKind;
 use umbragraph_graph::source::{FileId, SourceFile, Span};
-use umbragraph_session::{Candidate, CandidateKind, Choice, Computed, Cursor, Session, Target};
+use umbragraph_session::{Candidate, CandidateKind, Choice, Computed, Cursor, Target};
 
 type Answer = Result<Json, String>;
 
@@ -43,8 +43,10 @@ pub(crate) fn answer(workspace: &mut Workspace, method: &str, params: Json) -> O
         HoverRequest::METHOD => with(params, |params| hover(workspace, params)),
         GotoDefinition::METHOD => with(params, |params| definition(workspace, params)),
         References::METHOD => with(params, |params| references(workspace, params)),
-        PrepareRenameRequest::METHOD => with(params, |params| prepare_rename(workspace, params)),
-        Rename::METHOD => parsed(params).and_then(|params| json(rename(workspace, params)?)),
+        PrepareRenameRequest::METHOD => {
+            parsed(params).and_then(|params| json(renames::prepare(workspace, params)?))
+        }
+        Rename::METHOD => parsed(params).and_then(|params| json(renames::rename(workspace, params)?)),
         DocumentSymbolRequest::METHOD => with(params, |params: DocumentSymbolParams| {
             if let Some(Template::Wgsl(file)) = Template::of(workspace, &params.text_document) {
                 return Some(templates::symbols(workspace, file));
@@ -57,6 +59,8 @@ pub(crate) fn answer(workspace: &mut Workspace, method: &str, params: Json) -> O
             Some(outline::tokens(&document.root, source(workspace, file)?, workspace.encoding))
         }),
         InlayHintRequest::METHOD => with(params, |params| hints(workspace, &params)),
+        DocumentColor::METHOD => with(params, |params| colors::colors(workspace, &params)),
+        ColorPresentationRequest::METHOD => with(params, |params| colors::presentations(workspace, &params)),
         Formatting::METHOD => with(params, |params| formatted(workspace, params)),
         CodeLensRequest::METHOD => with(params, |params| generated::lenses(workspace, &params)),
         ExecuteCommand::METHOD => parsed(params).and_then(|params| execute(workspace, params)),
@@ -88,15 +92,15 @@ fn json(answer: impl Serialize) -> Answer {
 }
 
 /// A position in a document that a request refers to, with the pipeline and configuration to answer for.
-struct Asked {
-    path: PathBuf,
-    offset: usize,
-    target: Target,
-    choice: Choice,
+pub(crate) struct Asked {
+    pub(crate) path: PathBuf,
+    pub(crate) offset: usize,
+    pub(crate) target: Target,
+    pub(crate) choice: Choice,
 }
 
 impl Asked {
-    fn of(workspace: &mut Workspace, at: TextDocumentPositionParams) -> Option<Self> {
+    pub(crate) fn of(workspace: &mut Workspace, at: TextDocumentPositionParams) -> Option<Self> {
         let path = document_path(&at.text_document.uri).filter(|path| is_document(path))?;
         let (file, _) = workspace.session.parsed(&path)?;
         let offset = workspace.encoding.offset(source(workspace, file)?, at.position);
@@ -105,12 +109,12 @@ impl Asked {
         Some(Self { path, offset, target, choice })
     }
 
-    fn cursor(&self) -> Cursor<'_> {
+    pub(crate) fn cursor(&self) -> Cursor<'_> {
         Cursor { target: &self.target, choice: &self.choice, path: &self.path, offset: self.offset }
     }
 }
 
-fn source(workspace: &Workspace, file: FileId) -> Option<&SourceFile> {
+pub(crate) fn source(workspace: &Workspace, file: FileId) -> Option<&SourceFile> {
     workspace.session.sources().get(file).map(AsRef::as_ref)
 }
 
@@ -125,7 +129,7 @@ fn of_document(
     workspace.session.parsed(&path)
 }
 
-fn range(workspace: &Workspace, place: Span) -> Option<Range> {
+pub(crate) fn range(workspace: &Workspace, place: Span) -> Option<Range> {
     Some(workspace.encoding.range(source(workspace, place.file)?, place))
 }
 
@@ -193,7 +197,16 @@ fn hover(workspace: &mut Workspace, params: HoverParams) -> Option<Hover> {
 fn definition(workspace: &mut Workspace, params: GotoDefinitionParams) -> Option<Vec<Location>> {
     let at = params.text_document_position_params;
     let places = match Template::at(workspace, &at) {
-        Some((Template::Wgsl(file), offset)) => workspace.session.template_definition(file, offset),
+        Some((Template::Wgsl(file), offset)) => {
+            let mut places = workspace.session.template_definition(file, offset);
+            // From the declaration of a binding the way leads on to the keys that bind it.
+            let is_here = |place: &Span| place.file == file && place.range().contains(&offset);
+            if places.iter().any(is_here) {
+                let bound = bound(workspace, file, offset);
+                places = if bound.is_empty() { places } else { bound };
+            }
+            places
+        }
         Some((Template::Axes(_), _)) => Vec::new(),
         None => {
             let asked = Asked::of(workspace, at)?;
@@ -203,6 +216,12 @@ fn definition(workspace: &mut Workspace, params: GotoDefinitionParams) -> Option
     Some(places.into_iter().filter_map(|place| workspace.readable(place)).collect())
 }
 
+/// Returns the keys of all pipelines of the workspace that bind the binding at a byte of a template.
+fn bound(workspace: &mut Workspace, file: FileId, offset: usize) -> Vec<Span> {
+    let targets = workspace.pipelines();
+    workspace.sure(|session| session.template_bound(file, offset, &targets))
+}
+
 fn references(workspace: &mut Workspace, params: ReferenceParams) -> Option<Vec<Location>> {
     let (at, with_declaration) = (params.text_document_position, params.context.include_declaration);
     let places = match Template::at(workspace, &at) {
@@ -210,6 +229,7 @@ fn references(workspace: &mut Workspace, params: ReferenceParams) -> Option<Vec<
             let declared = workspace.session.template_definition(file, offset);
             let mut places = workspace.session.template_references(file, offset);
             places.retain(|place| with_declaration || !declared.contains(place));
+            places.extend(bound(workspace, file, offset));
             places
         }
         Some((Template::Axes(_), _)) => Vec::new(),
@@ -222,76 +242,14 @@ fn references(workspace: &mut Workspace, params: ReferenceParams) -> Option<Vec<
     Some(places.into_iter().filter_map(|place| workspace.location(place)).collect())
 }
 
-fn prepare_rename(
-    workspace: &mut Workspace,
-    params: TextDocumentPositionParams,
-) -> Option<PrepareRenameResponse> {
-    let asked = Asked::of(workspace, params)?;
-    let (place, placeholder) = workspace.sure(|session| session.renamable(&asked.cursor()))?;
-    Some(PrepareRenameResponse::RangeWithPlaceholder { range: range(workspace, place)?, placeholder })
-}
+pub(crate) type Changes = BTreeMap<PathBuf, Vec<TextEdit>>;
 
-fn rename(workspace: &mut Workspace, params: RenameParams) -> Result<Option<WorkspaceEdit>, String> {
-    workspace.refresh();
-    let mut next = Asked::of(workspace, params.text_document_position);
-    let (mut renamed, mut done) = (Renamed::new(), BTreeSet::new());
-    while let Some(asked) = next {
-        let name = &params.new_name;
-        let edits = workspace.sure(|session: &mut Session| session.rename(&asked.cursor(), name));
-        let edits = edits.transpose().map_err(|error| {
-            let path = asked.target.path.display();
-            if done.is_empty() { error.to_string() } else { format!("in the pipeline \"{path}\": {error}") }
-        })?;
-        for (file, edits) in edits.into_iter().flatten() {
-            let places = edits.iter().map(|edit| ((edit.range.start, edit.range.end), edit.clone()));
-            renamed.entry(file).or_default().extend(places);
-        }
-        done.insert(asked.target);
-        next = further(workspace, &renamed, &done);
-    }
-    if renamed.is_empty() {
-        return Ok(None);
-    }
-    let mut changes = Changes::default();
-    for (name, edits) in renamed {
-        let path = PathBuf::from(&name);
-        if !is_whole(&path) {
-            return Err(format!("\"{name}\" comes with the module and cannot be changed"));
-        }
-        let sources = workspace.session.sources();
-        let Some(file) = sources.find(&name).and_then(|id| sources.get(id)) else { continue };
-        changes.entry(path).or_default().extend(text_edits(workspace, file, edits.values()));
-    }
-    Ok(Some(edit_of(workspace, changes)))
-}
-
-/// The edits of a rename in several pipelines, without duplicates, by file name and byte range.
-type Renamed = BTreeMap<String, BTreeMap<(usize, usize), Edit>>;
-
-/// Finds a pipeline that reads an edited file and is not in `done`. Returns the position of an edit in that file, at
-/// which to repeat the rename; `None` if no such pipeline is left.
-fn further(workspace: &mut Workspace, renamed: &Renamed, done: &BTreeSet<Target>) -> Option<Asked> {
-    for (path, edits) in renamed {
-        let path = PathBuf::from(path);
-        // An insertion names nothing.
-        let Some((&(offset, _), _)) = edits.iter().find(|((start, end), _)| start < end) else { continue };
-        let targets = workspace.readers_of(&path).into_iter().map(Target::new);
-        if let Some(target) = targets.into_iter().find(|target| !done.contains(target)) {
-            let choice = workspace.choice(&target);
-            return Some(Asked { path, offset, target, choice });
-        }
-    }
-    None
-}
-
-type Changes = BTreeMap<PathBuf, Vec<TextEdit>>;
-
-fn edit_of(workspace: &Workspace, changes: Changes) -> WorkspaceEdit {
+pub(crate) fn edit_of(workspace: &Workspace, changes: Changes) -> WorkspaceEdit {
     let changes = changes.into_iter().filter_map(|(path, edits)| Some((workspace.uri(&path)?, edits)));
     WorkspaceEdit { changes: Some(changes.collect()), ..WorkspaceEdit::default() }
 }
 
-fn text_edits<'e>(
+pub(crate) fn text_edits<'e>(
     workspace: &Workspace,
     file: &SourceFile,
     edits: impl IntoIterator<Item = &'e Edit>,

@@ -10,10 +10,12 @@
 
 mod answers;
 mod capabilities;
+mod colors;
 mod configuration;
 mod generated;
 mod outline;
 mod position;
+mod renames;
 mod server;
 mod templates;
 mod workspace;

@@ -11,14 +11,14 @@ use std::path::PathBuf;
 use lsp_server::{ErrorCode, Message, Notification, Request, Response};
 use lsp_types::notification::{
     DidChangeTextDocument, DidChangeWatchedFiles, DidCloseTextDocument, DidOpenTextDocument,
-    DidSaveTextDocument, Notification as _, PublishDiagnostics,
+    DidSaveTextDocument, Notification as _, PublishDiagnostics, ShowMessage,
 };
 use lsp_types::request::{
     CodeLensRefresh, Initialize, InlayHintRefreshRequest, RegisterCapability, Request as _, Shutdown,
 };
 use lsp_types::{
     DidChangeTextDocumentParams, DidChangeWatchedFilesParams, DidCloseTextDocumentParams,
-    DidOpenTextDocumentParams, PublishDiagnosticsParams,
+    DidOpenTextDocumentParams, MessageType, PublishDiagnosticsParams, ShowMessageParams,
 };
 use serde::de::DeserializeOwned;
 use serde_json::{Value as Json, json};
@@ -190,7 +190,12 @@ impl Server {
         // What is asked is asked of the texts as they are, and so are fixes.
         self.publish_changes();
         let Request { id, method, params } = request;
-        match answers::answer(&mut self.workspace, &method, params) {
+        let answered = answers::answer(&mut self.workspace, &method, params);
+        for message in std::mem::take(&mut self.workspace.warnings) {
+            let params = ShowMessageParams { typ: MessageType::WARNING, message };
+            self.send(Notification::new(ShowMessage::METHOD.to_owned(), params));
+        }
+        match answered {
             Some(Ok(answer)) => Response::new_ok(id, answer),
             Some(Err(message)) => Response::new_err(id, ErrorCode::InvalidParams as i32, message),
             None => {

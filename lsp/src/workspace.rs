@@ -56,6 +56,8 @@ pub(crate) struct Workspace {
     unchecked: BTreeSet<Target>,
     /// The configurations that the client chose, by pipeline, each as the contents of a parameter file.
     pub(crate) configurations: BTreeMap<PathBuf, Map<String, Json>>,
+    /// Messages to show to the user with the next answer.
+    pub(crate) warnings: Vec<String>,
     /// Whether a configuration was chosen since lenses and hints were last refreshed.
     is_reconfigured: bool,
 }
@@ -76,6 +78,7 @@ impl Workspace {
             changed: BTreeSet::new(),
             unchecked: BTreeSet::new(),
             configurations: BTreeMap::new(),
+            warnings: Vec::new(),
             is_reconfigured: false,
         }
     }
@@ -139,10 +142,7 @@ impl Workspace {
     pub(crate) fn readers_of(&mut self, path: &Path) -> BTreeSet<PathBuf> {
         if self.readers.is_none() {
             self.readers = Some(BTreeMap::new());
-            let mut files = Vec::new();
-            for folder in &self.folders {
-                collect(folder, 0, &mut files);
-            }
+            let files = self.documents();
             // A cheap look first: most files of a workspace are no pipelines.
             let has_format = |path: &&PathBuf| {
                 let bytes = read_bytes(path, MAX_BYTES).ok().flatten().unwrap_or_default();
@@ -151,6 +151,39 @@ impl Workspace {
             files.iter().filter(has_format).for_each(|path| self.compose(path));
         }
         self.readers.as_ref().and_then(|readers| readers.get(path)).cloned().unwrap_or_default()
+    }
+
+    /// The paths of the JSON files below the workspace folders.
+    fn documents(&self) -> Vec<PathBuf> {
+        let mut files = Vec::new();
+        self.folders.iter().for_each(|folder| collect(folder, 0, &mut files));
+        files
+    }
+
+    /// Returns all pipelines of the workspace.
+    pub(crate) fn pipelines(&mut self) -> Vec<Target> {
+        self.readers_of(Path::new(""));
+        let paths: BTreeSet<&PathBuf> =
+            self.readers.iter().flatten().flat_map(|(_, targets)| targets).collect();
+        // An open document may lie outside of the folders.
+        let all: BTreeSet<Target> = paths.into_iter().map(Target::new).chain(self.told()).collect();
+        all.into_iter().collect()
+    }
+
+    /// Returns the parameter files of the workspace in which a section, such as `parameters`, has a key.
+    pub(crate) fn parameter_files(&mut self, section: &str, key: &str) -> Vec<PathBuf> {
+        let has_word = |path: &PathBuf| {
+            let bytes = read_bytes(path, MAX_BYTES).ok().flatten().unwrap_or_default();
+            String::from_utf8_lossy(&bytes).contains(key)
+        };
+        let mut files = self.documents();
+        files.retain(has_word);
+        files.retain(|path| {
+            let Some((FileKind::Parameters, document)) = self.kind(path) else { return false };
+            let named = document.root.get(section);
+            named.is_some_and(|named| named.get(key).is_some() || named.text() == Some(key))
+        });
+        files
     }
 
     /// Loads a pipeline and records which files it reads. A file that is not a pipeline is recorded as reading none.

@@ -45,8 +45,8 @@ mod templates;
 mod tokens;
 
 pub use assist::{
-    Candidate, CandidateKind, Change, ChangeError, Changes, Computed, Cursor, Expected, Hover, RenameError,
-    Renamed, Slot, TemplateItem, TemplateSymbol, Written, kind_of,
+    Candidate, CandidateKind, Change, ChangeError, Changes, Color, Computed, Cursor, Expected, Hover,
+    RenameError, Renamed, Slot, TemplateItem, TemplateSymbol, Written, kind_of,
 };
 pub use cancel::{Cancel, Cancelled};
 pub use choice::{Choice, Target};

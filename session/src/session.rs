@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use serde_json::Value as Json;
 
+use crate::assist::Texts;
 use crate::cancel::{Cancel, Cancelled};
 use crate::choice::{Choice, Target};
 use crate::composition::Composition;
@@ -36,6 +37,8 @@ pub struct Session {
     /// Diagnostics that are added to those of every pipeline, such as about a missing folder.
     always: Diagnostics,
     templates: Option<Arc<Templates>>,
+    /// The texts of the templates as answers for editors look at them.
+    pub(crate) texts: Option<Arc<Texts>>,
     loads: BTreeMap<Target, Loaded>,
     surveys: BTreeMap<Target, (Loaded, String, Option<Surveyed>)>,
     pub(crate) done: Done,
@@ -65,6 +68,7 @@ impl Session {
             has_other_list: false,
             always: Diagnostics::new(),
             templates: None,
+            texts: None,
             loads: BTreeMap::new(),
             surveys: BTreeMap::new(),
             done: Done::default(),

@@ -31,6 +31,8 @@ pub(crate) struct Editor {
     pub(crate) published: BTreeMap<String, Json>,
     /// Requests of the server.
     pub(crate) asked: Vec<(String, Json)>,
+    /// Messages that the server showed to the user.
+    pub(crate) told: Vec<String>,
 }
 
 impl Editor {
@@ -67,8 +69,8 @@ impl Editor {
             umbragraph_lsp::serve(open, &servers, library, judges)
                 .expect("a client that keeps to the protocol");
         });
-        let (texts, published, asked) = (BTreeMap::new(), BTreeMap::new(), Vec::new());
-        let mut editor = Self { connection, server: Some(server), last: 0, texts, published, asked };
+        let (texts, published, asked, told) = (BTreeMap::new(), BTreeMap::new(), Vec::new(), Vec::new());
+        let mut editor = Self { connection, server: Some(server), last: 0, texts, published, asked, told };
         let general = json!({ "positionEncodings": ["utf-8", "utf-16"] });
         let capabilities = json!({ "general": general, "workspace": of_workspace });
         let folders = json!([{ "uri": uri(folder), "name": "pipelines" }]);
@@ -106,6 +108,9 @@ impl Editor {
                 Message::Notification(one) if one.method == "textDocument/publishDiagnostics" => {
                     let uri = one.params["uri"].as_str().expect("an address").to_owned();
                     self.published.insert(uri, one.params["diagnostics"].clone());
+                }
+                Message::Notification(one) if one.method == "window/showMessage" => {
+                    self.told.push(one.params["message"].as_str().expect("a message").to_owned());
                 }
                 _ => {}
             }

@@ -49,7 +49,7 @@ impl Renamed {
     }
 }
 
-fn choice(session: &mut Session, target: &Target) -> Choice {
+pub(crate) fn choice(session: &mut Session, target: &Target) -> Choice {
     let loaded = session.load(target).expect("nothing cancels");
     let document = loaded.document().expect("a document");
     let profile = claimed_profiles(document, &mut Diagnostics::new()).into_iter().next();
@@ -113,7 +113,7 @@ fn with_value(
 }
 
 /// Replaces a name in a text, where it is a word of its own.
-fn replaced(text: &str, name: &str, by: &str) -> String {
+pub(crate) fn replaced(text: &str, name: &str, by: &str) -> String {
     let is_of_name = |c: char| c.is_ascii_alphanumeric() || c == '_';
     let (mut found, mut rest) = (String::new(), text);
     while let Some(at) = rest.find(name) {
@@ -127,7 +127,12 @@ fn replaced(text: &str, name: &str, by: &str) -> String {
 }
 
 /// Plan, programs and diagnostics of one configuration, with the name `new` given back as `old`.
-fn shown(planned: &Planned, diagnostics: &Diagnostics, new: &str, old: &str) -> (Json, Json, Vec<String>) {
+pub(crate) fn shown(
+    planned: &Planned,
+    diagnostics: &Diagnostics,
+    new: &str,
+    old: &str,
+) -> (Json, Json, Vec<String>) {
     let plan = planned.report.plan.as_deref().map(|plan| {
         let text = serde_json::to_string(plan).expect("JSON");
         serde_json::from_str(&replaced(&text, new, old)).expect("JSON")
@@ -154,7 +159,7 @@ fn shown(planned: &Planned, diagnostics: &Diagnostics, new: &str, old: &str) -> 
 }
 
 /// Applies edits as unsaved texts of a session.
-fn overlay(session: &mut Session, edits: &BTreeMap<String, Edits>) {
+pub(crate) fn overlay(session: &mut Session, edits: &BTreeMap<String, Edits>) {
     for (file, edits) in edits {
         let text = std::fs::read_to_string(file).expect("a text");
         session.overlay(file, edits.apply(&text).expect("edits of the text").into_bytes());
@@ -472,6 +477,19 @@ fn values_that_another_file_replaces_are_renamed_with_it() {
     let (_, name) = session.renamable(&cursor).expect("nothing cancels").expect("a name");
     let edits = session.rename(&cursor, "hot").expect("nothing cancels").expect("a name").expect("a rename");
     assert_eq!((name.as_str(), edits.len()), ("warm", 2));
+}
+
+#[test]
+fn derived_value_stays_in_each_file_that_declares_it() {
+    let base = one_pass(r#""derived": { "warm": "=true" },"#, "");
+    let over = r#"{
+  "format": 1, "name": "over", "extends": "base.json",
+  "derived": { "warm": "=false" }
+}
+"#;
+    let changed = rename(&[("base.json", &base), ("over.json", over)], "\"wa", "hot").expect("a rename");
+    assert!(changed[0].contains(r#""derived": { "hot": "=true", "warm": "=hot" }"#), "{}", changed[0]);
+    assert!(changed[1].contains(r#""derived": { "hot": "=false", "warm": "=hot" }"#), "{}", changed[1]);
 }
 
 #[test]

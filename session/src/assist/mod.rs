@@ -10,6 +10,7 @@
 mod axes;
 mod bindings;
 mod changes;
+mod colors;
 mod context;
 mod expected;
 mod rename;
@@ -17,6 +18,7 @@ mod rules;
 mod site;
 mod template;
 mod values;
+mod words;
 
 use std::path::Path;
 use std::sync::Arc;
@@ -36,9 +38,11 @@ use crate::graph::source::{FileId, Span};
 use crate::graph::why::{Subject, human, why};
 use crate::session::Session;
 pub use changes::{Change, ChangeError, Changes, Slot, Written};
+pub use colors::Color;
 use context::Context;
 pub use rename::{RenameError, Renamed};
 use site::Spot;
+pub(crate) use template::Texts;
 pub use template::{TemplateItem, TemplateSymbol};
 pub use values::Computed;
 
@@ -212,12 +216,15 @@ impl Session {
     }
 
     /// Returns the hover text for a position: the explanation by [`why`] for a name, the schema's description for a
-    /// key. Returns `None` elsewhere.
+    /// key, the value of a function of expressions, and the uses of a texture format. Returns `None` elsewhere.
     ///
     /// # Errors
     /// Returns [`Cancelled`] after [`Cancel::set`](crate::Cancel::set).
     pub fn hover(&mut self, cursor: &Cursor<'_>) -> Result<Option<Hover>, Cancelled> {
         self.around(cursor, |context| {
+            if let Some(hover) = words::told(context) {
+                return Some(hover);
+            }
             let site = context.site();
             let (_, rules) = context.named(&site);
             let place = context.span(site.replaced.clone());
@@ -245,6 +252,15 @@ impl Session {
     ) -> Result<Vec<Computed>, Cancelled> {
         let cursor = Cursor { target, choice, path, offset: 0 };
         Ok(self.around(&cursor, |context| Some(values::computed(context)))?.unwrap_or_default())
+    }
+
+    /// Returns the colors of a file, in source order; empty if the pipeline cannot be loaded.
+    ///
+    /// # Errors
+    /// Returns [`Cancelled`] after [`Cancel::set`](crate::Cancel::set).
+    pub fn colors(&mut self, target: &Target, choice: &Choice, path: &Path) -> Result<Vec<Color>, Cancelled> {
+        let cursor = Cursor { target, choice, path, offset: 0 };
+        Ok(self.around(&cursor, |context| Some(colors::colors(context)))?.unwrap_or_default())
     }
 
     /// Returns the place where the name at a position is declared: in JSON, in a template, or as a binding in WGSL. For
@@ -291,6 +307,28 @@ impl Session {
         self.around(cursor, |context| {
             let (id, place) = declared_at(context)?;
             Some((place, context.model.declaration(id).name.clone()))
+        })
+    }
+
+    /// Returns the declaration whose name is at a position; `None` if no declared name is there.
+    ///
+    /// # Errors
+    /// Returns [`Cancelled`] after [`Cancel::set`](crate::Cancel::set).
+    pub fn declared(&mut self, cursor: &Cursor<'_>) -> Result<Option<Declaration>, Cancelled> {
+        self.around(cursor, |context| Some(context.model.declaration(declared_at(context)?.0).clone()))
+    }
+
+    /// Returns the place of a name under `bind` at a position, and the place of its declaration in a template. `None`
+    /// if no such name is there, or if the shader of the pass does not declare it.
+    ///
+    /// # Errors
+    /// Returns [`Cancelled`] after [`Cancel::set`](crate::Cancel::set).
+    pub fn binding_at(&mut self, cursor: &Cursor<'_>) -> Result<Option<(Span, Span)>, Cancelled> {
+        self.around(cursor, |context| {
+            let (name, declared) = bindings::declared_at(context)?;
+            let Spot::Key { entry: Some(entry), .. } = context.site().spot else { return None };
+            let key = entry.key_span.of_quoted(name, 0..name.len()).unwrap_or(entry.key_span);
+            Some((key, declared))
         })
     }
 

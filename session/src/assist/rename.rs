@@ -13,19 +13,21 @@
 //! an axis has already is refused as the new one, since the axis would take the value.
 //!
 //! Limits: only settings with the key `shader` of a pass are known to name a template. The variable of a loop in a
-//! subgraph file cannot be a derived value, and is refused. Parameter files belong to no pipeline, and are not renamed.
+//! subgraph file cannot be a derived value, and is refused. Parameter files belong to no pipeline, and are not renamed;
+//! the language server names them to the user.
 
 use std::collections::BTreeMap;
 
 use serde_json::{Value as Json, json};
 
 use super::context::Context;
-use crate::graph::compose::is_path;
+use crate::graph::compose::{Layer, is_path};
 use crate::graph::document::{Document, Kind, Value, parse};
 use crate::graph::edit::{EditError, Edits, Item, insert, rename_declaration};
 use crate::graph::language::node_kind;
 use crate::graph::model::{Declaration, DeclarationKind as K, Id};
 use crate::graph::shader::{Axis, AxisValue};
+use crate::graph::source::Span;
 
 /// The edits of a rename, by file name, or the error that prevents the rename.
 pub type Renamed = Result<BTreeMap<String, Edits>, RenameError>;
@@ -46,6 +48,8 @@ pub enum RenameError {
         /// The default of the axis as JSON, which is its value before the rename.
         default: String,
     },
+    /// A name of a template that cannot get another name, with the reason.
+    Refused(String),
     /// An axis that takes the value of the old name, which cannot stay as a derived value.
     AxisLoses {
         /// The axis, and the old name.
@@ -63,6 +67,7 @@ impl std::fmt::Display for RenameError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Edit(error) => write!(f, "{error}"),
+            Self::Refused(reason) => write!(f, "{reason}"),
             Self::AxisTakes { axis, template, pass, default } => write!(
                 f,
                 "the axis \"{axis}\" of {template} would take this value, since the pass \"{pass}\" does not set \
@@ -110,9 +115,11 @@ pub(super) fn rename(context: &Context<'_>, id: Id, name: &str) -> Renamed {
         let [axis, template, pass] = [old, template, pass].map(str::to_owned);
         return Err(RenameError::AxisLoses { axis, template, pass, obstacle });
     }
-    let (file, kept) = kept(context, id, name)?;
-    let of_file = edits.entry(file).or_default();
-    *of_file = of_file.and(&kept)?;
+    for file in declaring(context, id) {
+        let (file, kept) = kept(context, id, name, file)?;
+        let of_file = edits.entry(file).or_default();
+        *of_file = of_file.and(&kept)?;
+    }
     Ok(edits)
 }
 
@@ -155,13 +162,28 @@ fn obstacle(context: &Context<'_>, id: Id) -> Option<&'static str> {
     }
 }
 
-/// Returns the edits that add a derived value with the old name to the file that declares a renamed value, and the name
-/// of the file.
-fn kept(context: &Context<'_>, id: Id, name: &str) -> Result<(String, Edits), EditError> {
+/// Returns the places in all files that declare a value. Each file may be that of another pipeline, too. A file that
+/// only gives another default is not one that declares.
+fn declaring(context: &Context<'_>, id: Id) -> Vec<Span> {
+    let Context { sources, composed, model, .. } = *context;
+    let declaration = model.declaration(id);
+    let place = context
+        .value_of(declaration)
+        .map_or(declaration.place, |value| value.get("type").unwrap_or(value).span);
+    let mut places = vec![place];
+    for file in composed.files.iter().filter(|file| declaration.kind == K::Derived && **file != place.file) {
+        let Document { root } = parse(sources, *file).document;
+        let is_own = declaration.owner.is_none() && composed.layers.get(file) != Some(&Layer::Used);
+        let derived = root.get("derived").and_then(|section| section.get(&declaration.name));
+        places.extend(derived.filter(|_| is_own).map(|value| value.span));
+    }
+    places
+}
+
+/// Returns the edits that add a derived value with the old name to the file that declares a renamed value at `place`,
+/// and the name of the file.
+fn kept(context: &Context<'_>, id: Id, name: &str, place: Span) -> Result<(String, Edits), EditError> {
     let declaration = context.model.declaration(id);
-    let value = context.value_of(declaration);
-    // A file that only gives another default is not the one that declares.
-    let place = value.map_or(declaration.place, |value| value.get("type").unwrap_or(value).span);
     let file = context.sources.get(place.file).ok_or(EditError::NoContainer)?;
     let Document { root } = parse(context.sources, place.file).document;
     let expression = Json::from(format!("={name}"));

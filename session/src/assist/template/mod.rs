@@ -4,21 +4,28 @@
 //! include, since their texts meet in one module. Names of WGSL lead to declarations in the unit, names in tags to the
 //! axes of the template and of those that include it, and a string in `include` to its template.
 //!
-//! Limits: no types are known, so a member leads to each structure of the unit that has one of its name. Built-in
-//! functions of WGSL are neither proposed nor explained, and nothing is renamed.
+//! Tags and declarations of a text are kept for as long as it stays ([`Texts`]).
+//!
+//! Limits: no types are known, so a member leads to each structure of the unit that has one of its name.
 
+mod bound;
+mod builtins;
+mod rename;
 mod scan;
+mod texts;
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::sync::Arc;
 
 use super::{Candidate, CandidateKind, Expected, Hover};
 use crate::graph::shader::tags::{TagKind, Word, WordKind};
-use crate::graph::shader::{Axes, Axis, TemplateSet};
+use crate::graph::shader::{Axes, Axis};
 use crate::graph::source::{FileId, Span};
 use crate::session::Session;
+use builtins::Builtin;
 pub use scan::TemplateItem;
-use scan::{Declared, Scan, Tags};
+pub(super) use scan::word_at;
+use scan::{Declared, Scan};
+pub(crate) use texts::Texts;
 
 /// A declaration of a template, for an outline.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -42,18 +49,9 @@ const STATEMENTS: [&str; 13] = [
 /// Words within tags that are no names.
 const OPERATORS: [&str; 9] = ["and", "or", "not", "in", "is", "import", "from", "as", "with"];
 
-/// The text of a template, with its tags.
-struct Text<'a> {
-    file: FileId,
-    text: &'a str,
-    tags: Tags,
-}
-
 /// A template and the texts that meet in one module with it.
 struct Unit<'a> {
-    set: &'a TemplateSet,
-    /// All templates of the session, by name.
-    texts: &'a BTreeMap<&'a str, Text<'a>>,
+    texts: &'a Texts,
     /// The names of the templates, that of the cursor first.
     names: Vec<&'a str>,
     scans: BTreeMap<&'a str, (FileId, Scan<'a>)>,
@@ -74,32 +72,11 @@ enum Spot<'a> {
 }
 
 impl<'a> Unit<'a> {
-    fn new(set: &'a TemplateSet, texts: &'a BTreeMap<&'a str, Text<'a>>, file: FileId) -> Option<Self> {
-        let own = set.names().find(|name| set.file(name) == Some(file))?;
-        let mut uses: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
-        let mut used_by: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
-        for (name, one) in texts {
-            for (used, _) in one.tags.templates(one.text) {
-                if let Some((used, _)) = texts.get_key_value(used) {
-                    uses.entry(name).or_default().insert(used);
-                    used_by.entry(used).or_default().insert(name);
-                }
-            }
-        }
-        let roots: BTreeSet<&str> = reached([own], &used_by).into_iter().collect();
-        // Near ones first: what it includes, then what meets with it elsewhere.
-        let mut names = reached([own], &uses);
-        for name in reached(roots.iter().copied(), &uses) {
-            if !names.contains(&name) {
-                names.push(name);
-            }
-        }
-        let scan = |name: &&'a str| {
-            let one = texts.get(name)?;
-            Some((*name, (one.file, Scan::new(one.text, &one.tags))))
-        };
-        let scans = names.iter().filter_map(scan).collect();
-        Some(Self { set, texts, names, scans, roots })
+    fn new(texts: &'a Texts, file: FileId) -> Option<Self> {
+        let own = texts.name(file)?;
+        let (roots, names) = texts.met(own);
+        let scans = names.iter().filter_map(|name| texts.scan(name).map(|found| (*name, found))).collect();
+        Some(Self { texts, names, scans, roots })
     }
 
     fn own(&self) -> Option<&(FileId, Scan<'a>)> {
@@ -107,19 +84,19 @@ impl<'a> Unit<'a> {
     }
 
     /// All declarations of the unit, those of near templates first.
-    fn declared(&self) -> impl Iterator<Item = (FileId, &Scan<'a>, &Declared)> {
+    fn declared(&self) -> impl Iterator<Item = (FileId, &Scan<'a>, &'a Declared)> {
         let scans = self.names.iter().filter_map(|name| self.scans.get(name));
         scans.flat_map(|(file, scan)| scan.declared.iter().map(move |one| (*file, scan, one)))
     }
 
-    fn named<'s>(&'s self, name: &'s str) -> impl Iterator<Item = (FileId, &'s Scan<'a>, &'s Declared)> {
+    fn named<'s>(&'s self, name: &'s str) -> impl Iterator<Item = (FileId, &'s Scan<'a>, &'a Declared)> {
         self.declared().filter(move |(_, scan, one)| scan.name(one) == name)
     }
 
     /// The axes of the template at the cursor and of those that it is part of.
     fn axes(&self) -> BTreeMap<&'a str, &'a Axis> {
         let axes = self.names.iter().filter(|name| self.roots.contains(*name));
-        let axes = axes.filter_map(|name| self.set.axes(name)).flat_map(Axes::iter);
+        let axes = axes.filter_map(|name| self.texts.set.axes(name)).flat_map(Axes::iter);
         axes.map(|axis| (axis.name.as_str(), axis)).collect()
     }
 
@@ -151,7 +128,7 @@ impl<'a> Unit<'a> {
         let Some(((spot, _), (file, scan))) = self.spot(offset).zip(self.own()) else { return Vec::new() };
         match spot {
             Spot::Template(name) => {
-                self.set.file(name).map(|file| Span::new(file, 0..0)).into_iter().collect()
+                self.texts.set.file(name).map(|file| Span::new(file, 0..0)).into_iter().collect()
             }
             Spot::OfTag(word) => {
                 if let Some(axis) = self.axes().get(word) {
@@ -194,10 +171,7 @@ impl<'a> Unit<'a> {
         };
         match spot {
             Spot::Template(name) => {
-                for one in self.texts.values() {
-                    let named = one.tags.templates(one.text).filter(|(known, _)| *known == name);
-                    places.extend(named.map(|(_, range)| Span::new(one.file, range)));
-                }
+                places.extend(self.texts.naming(name));
             }
             Spot::OfTag(word) => places.extend(everywhere(None, word)),
             Spot::Word(word) => match scan.local(word, offset).and(scan.function_at(offset)) {
@@ -224,7 +198,7 @@ impl<'a> Unit<'a> {
         let (file, scan) = self.own()?;
         let text = match spot {
             Spot::Template(name) => {
-                let comment = self.texts.get(name)?.text.strip_prefix("{#")?;
+                let comment = self.texts.scan(name)?.1.text.strip_prefix("{#")?;
                 comment.split("#}").next()?.trim_matches(['-', '+']).trim().to_owned()
             }
             Spot::OfTag(word) => match self.axes().get(word) {
@@ -246,7 +220,16 @@ impl<'a> Unit<'a> {
                         false => code(&format!("{before}{line}")),
                     }
                 }
-                None => self.told(word, |kind| kind != TemplateItem::Member)?,
+                None => {
+                    let builtin = || {
+                        let Builtin { name, signature, about } = builtins::builtin(word)?;
+                        Some(format!(
+                            "{}\n\nBuilt-in function of WGSL: {about}.",
+                            code(&format!("{name}{signature}"))
+                        ))
+                    };
+                    self.told(word, |kind| kind != TemplateItem::Member).or_else(builtin)?
+                }
             },
             Spot::Member(word) => self.told(word, |kind| kind == TemplateItem::Member)?,
         };
@@ -264,7 +247,7 @@ impl<'a> Unit<'a> {
                 text.push_str(&format!("\n\n{comment}"));
             }
             if file != own {
-                let name = self.names.iter().find(|name| self.set.file(name) == Some(file))?;
+                let name = self.names.iter().find(|name| self.texts.set.file(name) == Some(file))?;
                 text.push_str(&format!("\n\nin `{name}`"));
             }
             if !all.contains(&text) {
@@ -285,7 +268,7 @@ impl<'a> Unit<'a> {
         let replaced = match scan.tag_at(offset) {
             Some(tag) => match scan::template(scan.text, tag) {
                 Some((_, range)) if (range.start..=range.end).contains(&offset) => {
-                    self.texts.keys().for_each(|name| add(CandidateKind::Template, name, None, None));
+                    self.texts.names().for_each(|name| add(CandidateKind::Template, name, None, None));
                     range
                 }
                 _ => {
@@ -320,6 +303,15 @@ impl<'a> Unit<'a> {
                         );
                     }
                 }
+                for Builtin { name, signature, about } in builtins::all().filter(|_| !is_member) {
+                    let detail = Some(format!("{name}{signature}"));
+                    add(
+                        CandidateKind::Function,
+                        name,
+                        detail,
+                        Some(format!("Built-in function of WGSL: {about}.")),
+                    );
+                }
                 range
             }
         };
@@ -331,24 +323,6 @@ fn code(text: &str) -> String {
     format!("```wgsl\n{text}\n```")
 }
 
-/// All names that are reached, those of few steps first.
-fn reached<'a>(
-    from: impl IntoIterator<Item = &'a str>,
-    steps: &BTreeMap<&'a str, BTreeSet<&'a str>>,
-) -> Vec<&'a str> {
-    let mut all: Vec<&str> = from.into_iter().collect();
-    let mut at = 0;
-    while let Some(name) = all.get(at).copied() {
-        for next in steps.get(name).into_iter().flatten() {
-            if !all.contains(next) {
-                all.push(next);
-            }
-        }
-        at += 1;
-    }
-    all
-}
-
 impl Session {
     /// Returns the file of a template by the path or name that its text has; `None` if no template of the session has it.
     pub fn template_file(&mut self, name: &str) -> Option<FileId> {
@@ -358,21 +332,15 @@ impl Session {
     }
 
     fn in_template<T>(&mut self, file: FileId, answer: impl FnOnce(&Unit<'_>) -> Option<T>) -> Option<T> {
-        let set: Arc<TemplateSet> = self.templates();
-        let text = |name| {
-            let file = set.file(name)?;
-            let text = &**self.sources().get(file)?.text();
-            Some((name, Text { file, text, tags: Tags::of(text) }))
-        };
-        let texts = set.names().filter_map(text).collect();
-        answer(&Unit::new(&set, &texts, file)?)
+        let texts = self.template_texts();
+        answer(&Unit::new(&texts, file)?)
     }
 
     /// Returns the declarations of a template in the order of its text.
     pub fn template_symbols(&mut self, file: FileId) -> Vec<TemplateSymbol> {
         let Some(source) = self.sources().get(file) else { return Vec::new() };
-        let tags = Tags::of(source.text());
-        let scan = Scan::new(source.text(), &tags);
+        let text = scan::Text::new(source.text().clone());
+        let scan = text.scan();
         let symbol = |one: &Declared| TemplateSymbol {
             kind: one.kind,
             name: scan.name(one).to_owned(),

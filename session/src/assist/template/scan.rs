@@ -9,6 +9,7 @@
 //! module outside of braces; braces that stand in one branch of a tag only make that count wrong.
 
 use std::ops::Range;
+use std::sync::{Arc, OnceLock};
 
 use crate::graph::shader::tags::{self, Tag, TagKind, Word, WordKind};
 
@@ -112,25 +113,43 @@ pub(super) fn template<'t>(text: &'t str, tag: &Tag) -> Option<(&'t str, Range<u
     Some((text.get(name.clone())?, name))
 }
 
-/// A template's text with what was found in it.
+/// The text of a template with its tags. The rest is found when it is first asked for.
 #[derive(Debug)]
+pub(super) struct Text {
+    pub(super) text: Arc<str>,
+    pub(super) tags: Tags,
+    found: OnceLock<(String, Vec<Declared>)>,
+}
+
+impl Text {
+    pub(super) fn new(text: Arc<str>) -> Self {
+        Self { tags: Tags::of(&text), text, found: OnceLock::new() }
+    }
+
+    pub(super) fn scan(&self) -> Scan<'_> {
+        let Self { text, tags, found } = self;
+        let (flat, declared) = found.get_or_init(|| {
+            let flat = flattened(text, tags);
+            let mut declared = declarations(text, &flat);
+            declared.extend(tags.tags.iter().filter_map(|tag| declared_by(text, tag)));
+            declared.sort_by_key(|one| one.name.start);
+            (flat, declared)
+        });
+        Scan { text, flat, tags: &tags.tags, declared }
+    }
+}
+
+/// A template's text with what was found in it.
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Scan<'t> {
     pub(super) text: &'t str,
     /// The WGSL of the text: comments and tags are blanks, and tags of values are part of the word around them.
-    pub(super) flat: String,
+    pub(super) flat: &'t str,
     pub(super) tags: &'t [Tag],
-    pub(super) declared: Vec<Declared>,
+    pub(super) declared: &'t [Declared],
 }
 
 impl<'t> Scan<'t> {
-    pub(super) fn new(text: &'t str, tags: &'t Tags) -> Self {
-        let flat = flattened(text, tags);
-        let mut declared = declarations(text, &flat);
-        declared.extend(tags.tags.iter().filter_map(|tag| declared_by(text, tag)));
-        declared.sort_by_key(|one| one.name.start);
-        Self { text, flat, tags: &tags.tags, declared }
-    }
-
     pub(super) fn name(&self, declared: &Declared) -> &'t str {
         &self.text[declared.name.clone()]
     }
@@ -153,7 +172,7 @@ impl<'t> Scan<'t> {
 
     /// The word of WGSL at a byte, or before it.
     pub(super) fn word_at(&self, offset: usize) -> Range<usize> {
-        word_at(&self.flat, offset)
+        word_at(self.flat, offset)
     }
 
     /// Returns `true` for a word that names a member of a structure: after a dot, or where it is declared.
@@ -162,13 +181,21 @@ impl<'t> Scan<'t> {
         self.flat[..range.start].ends_with('.') || self.declared.iter().any(is_declared)
     }
 
-    /// All occurrences of a word in the WGSL.
-    pub(super) fn words<'s>(&'s self, word: &'s str) -> impl Iterator<Item = Range<usize>> + 's {
-        words(&self.flat).filter(move |range| &self.text[range.clone()] == word)
+    /// All occurrences of a name in the WGSL. Names of attributes and of their built-in values are left out.
+    pub(super) fn words<'s>(self, word: &'s str) -> impl Iterator<Item = Range<usize>> + use<'s, 't> {
+        let is_it = move |range: &Range<usize>| {
+            &self.text[range.clone()] == word && !is_of_attribute(&self.flat[..range.start])
+        };
+        words(self.flat).filter(is_it)
+    }
+
+    /// All names that tags write together with text or other tags, such as `shade_{{ kind }}`.
+    pub(super) fn generated(self) -> impl Iterator<Item = &'t str> {
+        words(self.flat).map(move |range| &self.text[range]).filter(|word| word.contains("{{"))
     }
 
     /// All occurrences of a name within tags.
-    pub(super) fn words_of_tags<'s>(&'s self, name: &'s str) -> impl Iterator<Item = Range<usize>> + 's {
+    pub(super) fn words_of_tags<'s>(self, name: &'s str) -> impl Iterator<Item = Range<usize>> + use<'s, 't> {
         let words = self.tags.iter().flat_map(|tag| &tag.words);
         let is_it =
             move |word: &&Word| word.kind == WordKind::Identifier && &self.text[word.range.clone()] == name;
@@ -176,7 +203,7 @@ impl<'t> Scan<'t> {
     }
 
     /// The function that contains a byte.
-    pub(super) fn function_at(&self, offset: usize) -> Option<&Declared> {
+    pub(super) fn function_at(&self, offset: usize) -> Option<&'t Declared> {
         let is_it = |one: &&Declared| {
             one.kind == TemplateItem::Function && (one.name.end..=one.whole.end).contains(&offset)
         };
@@ -188,7 +215,7 @@ impl<'t> Scan<'t> {
         let function = self.function_at(offset)?;
         let mut found = None;
         let mut before = "";
-        for range in words(&self.flat).skip_while(|range| range.start < function.name.end) {
+        for range in words(self.flat).skip_while(|range| range.start < function.name.end) {
             if range.start > offset {
                 break;
             }
@@ -225,12 +252,22 @@ impl<'t> Scan<'t> {
     }
 }
 
+/// Returns `true` where the next word is an attribute, such as `@vertex`, or the built-in value that one names.
+fn is_of_attribute(before: &str) -> bool {
+    before.ends_with('@') || ["@builtin(", "@interpolate("].iter().any(|one| before.trim_end().ends_with(one))
+}
+
+/// Returns `true` for a character of WGSL names as templates write them.
+pub(super) fn is_of_name(sign: char) -> bool {
+    sign.is_ascii_alphanumeric() || sign == '_'
+}
+
 fn is_word(byte: u8) -> bool {
     byte.is_ascii_alphanumeric() || byte == b'_' || byte >= 0x80
 }
 
 /// The word at a byte, or before it; empty where there is none.
-pub(super) fn word_at(text: &str, offset: usize) -> Range<usize> {
+pub(in crate::assist) fn word_at(text: &str, offset: usize) -> Range<usize> {
     let bytes = text.as_bytes();
     let offset = offset.min(bytes.len());
     let start = bytes[..offset].iter().rposition(|byte| !is_word(*byte)).map_or(0, |at| at + 1);
@@ -365,7 +402,7 @@ fn is_of_module(flat: &str, keyword: &Range<usize>) -> bool {
 }
 
 /// The first byte of the attributes before a keyword.
-fn attributes_start(flat: &str, keyword: usize) -> usize {
+pub(super) fn attributes_start(flat: &str, keyword: usize) -> usize {
     let mut start = keyword;
     loop {
         let before = flat[..start].trim_end();
@@ -469,8 +506,8 @@ alias Pair = vec2<f32>;
 "#;
 
     fn found(text: &str) -> Vec<(TemplateItem, String)> {
-        let tags = Tags::of(text);
-        let scan = Scan::new(text, &tags);
+        let whole = Text::new(text.into());
+        let scan = whole.scan();
         scan.declared.iter().map(|one| (one.kind, scan.name(one).to_owned())).collect()
     }
 
@@ -492,18 +529,18 @@ alias Pair = vec2<f32>;
             (Constant, "Pair"),
         ];
         assert_eq!(found(TEXT), expected.map(|(kind, name)| (kind, name.to_owned())));
-        let tags = Tags::of(TEXT);
-        let scan = Scan::new(TEXT, &tags);
+        let whole = Text::new(TEXT.into());
+        let scan = whole.scan();
         assert_eq!(scan.comment(&scan.declared[0]), "Doubles\na number.");
         assert_eq!(&TEXT[scan.declared[0].signature.clone()], "fn double(x: f32) -> f32 ");
         assert!(TEXT[scan.declared[0].whole.clone()].starts_with("@must_use"));
-        assert_eq!(tags.templates(TEXT).next().map(|(name, _)| name), Some("lib/a.wgsl.jinja"));
+        assert_eq!(whole.tags.templates(TEXT).next().map(|(name, _)| name), Some("lib/a.wgsl.jinja"));
     }
 
     #[test]
     fn local_names_are_those_of_their_function() {
-        let tags = Tags::of(TEXT);
-        let scan = Scan::new(TEXT, &tags);
+        let whole = Text::new(TEXT.into());
+        let scan = whole.scan();
         let last = TEXT.find("return twice").expect("a use") + 8;
         assert_eq!(scan.local("twice", last), TEXT.find("twice").map(|at| at..at + 5));
         assert_eq!(scan.local("x", last), TEXT.find("x: f32").map(|at| at..at + 1));
@@ -516,14 +553,14 @@ alias Pair = vec2<f32>;
     #[test]
     fn texts_cut_anywhere_are_taken() {
         for end in (0..=TEXT.len()).filter(|end| TEXT.is_char_boundary(*end)) {
-            let (text, tags) = (&TEXT[..end], Tags::of(&TEXT[..end]));
-            let scan = Scan::new(text, &tags);
+            let whole = Text::new(TEXT[..end].into());
+            let scan = whole.scan();
             assert_eq!(scan.flat.len(), end);
             let _ = (scan.word_at(end), scan.tag_at(end), scan.local("x", end));
         }
         let text = "ä {% ö %} // ü\nfn a() {}";
-        let tags = Tags::of(text);
-        let scan = Scan::new(text, &tags);
+        let whole = Text::new(text.into());
+        let scan = whole.scan();
         assert_eq!((scan.flat.len(), scan.declared.len()), (text.len(), 1));
     }
 
