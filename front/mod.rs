@@ -1,6 +1,7 @@
 //! The front door: from a file to a plan with [`Library`], [`Pipeline`] and [`Options`], and from
 //! frame to frame with `Renderer`.
 
+mod camera_keys;
 pub mod camera_path;
 pub(crate) mod codes;
 pub mod files;

@@ -6,7 +6,9 @@ use umbragraph_pipeline::diagnostic::codes;
 use umbragraph_pipeline::language::{Expr, Ref};
 use umbragraph_pipeline::node::Node;
 use umbragraph_pipeline::pipeline::{Evaluate, IndexRange, PassBuilder, Produced};
-use umbragraph_pipeline::work::{ComputeWork, Deferred, Dispatch, Live, Subresource, Work};
+use umbragraph_pipeline::work::{
+    BoundSlot, ComputeWork, Deferred, Dispatch, Live, ResourceHandle, SlotSource, Subresource, Work,
+};
 
 use crate::shader::ShaderSettings;
 
@@ -52,6 +54,11 @@ impl IndirectSettings {
     }
 }
 
+/// Returns `true` if a slot binds a texture.
+fn is_bound(slot: &BoundSlot, texture: ResourceHandle) -> bool {
+    matches!(&slot.source, SlotSource::Texture(bound) if bound.texture.resource == texture)
+}
+
 impl Node for Compute {
     const NAME: &'static str = "compute";
     const SUMMARY: &'static str = "Dispatches a compute shader.";
@@ -73,16 +80,29 @@ impl Node for Compute {
                     .collect();
                 counts.and_then(|counts| <[_; 3]>::try_from(counts).ok()).map(Dispatch::Workgroups)
             }
-            _ => {
+            (None, None, None) => {
                 let help =
-                    "\"dispatch_over\": a texture, or \"workgroups\": [x, y, z], or \"indirect\": a buffer";
-                pass.reject(codes::MISSING_KEY, "", "a compute pass says how often it runs in one way", help)
+                    "add \"dispatch_over\": a texture, or \"workgroups\": [x, y, z], or \"indirect\": a buffer";
+                pass.reject(codes::MISSING_KEY, "", "the pass does not say how often it runs", help)
+            }
+            (over, counts, _) => {
+                let (first, second) = match (over, counts) {
+                    (Some(_), Some(_)) => ("dispatch_over", "workgroups"),
+                    (Some(_), None) => ("dispatch_over", "indirect"),
+                    _ => ("workgroups", "indirect"),
+                };
+                let message = format!("\"{first}\" and \"{second}\" exclude one another");
+                pass.reject(codes::UNKNOWN_KEY, &format!("/{second}"), message, "remove one of the two")
             }
         };
-        pass.produce(Work::Compute(Box::new(ComputeWork {
-            program: program?,
-            bindings: bindings?,
-            dispatch: dispatch?,
-        })))
+        let (program, bindings, dispatch) = (program?, bindings?, dispatch?);
+        if let (Some(over), Dispatch::Over { resource, .. }) = (&self.dispatch_over, &dispatch)
+            && !bindings.iter().any(|slot| is_bound(slot, *resource))
+        {
+            let message = format!("\"dispatch_over\" names \"{over}\", which is not under \"bind\"");
+            let help = "name a texture that the shader reads or writes, or bind this one";
+            return pass.reject(codes::DISPATCH, "/dispatch_over", message, help);
+        }
+        pass.produce(Work::Compute(Box::new(ComputeWork { program, bindings, dispatch })))
     }
 }

@@ -73,7 +73,7 @@ fn render(
     progress: &mut Progress,
 ) -> Result<String, Diagnostics> {
     let output = Output::of(arguments)?;
-    let path = CameraPath::of(arguments.film.camera.as_ref())?;
+    let path = session.camera(arguments.film.camera.as_ref())?;
     let choices = &arguments.choices;
     let checked = progress.stage("check", || session.check(&arguments.pipeline, choices));
     let scene = progress.stage("load scene", || session.scene(&arguments.scene))?;

@@ -59,7 +59,7 @@ fn score(
     if let Some(out) = &arguments.out {
         files::check("--out", out, &[(".png", Format::Png)])?;
     }
-    let path = CameraPath::of(arguments.shots.film.camera.as_ref())?;
+    let path = session.camera(arguments.shots.film.camera.as_ref())?;
     let cache = Cache::new(&arguments.cache);
     let choices = shadow_term::choices(&arguments.choices);
     let loaded = session.open(&arguments.pipeline, &choices.files.extension).ok_or_else(Diagnostics::new)?;

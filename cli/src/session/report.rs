@@ -1,6 +1,7 @@
 //! The diagnostics of a session, printed in the form that is asked for.
 
-use umbragraph::diagnostic::{Diagnostic, Severity, render};
+use umbragraph::diagnostic::{Diagnostic, Severity, codes, render};
+use umbragraph::low_level::shader::codes::TEMPLATE_UNKNOWN;
 
 use super::Session;
 use crate::annotations;
@@ -12,6 +13,12 @@ use crate::streams::{complain, print, print_json};
 impl Session {
     /// Sorts the diagnostics for display and merges duplicates.
     pub(crate) fn arrange(&mut self) {
+        let is_missing = |one: &Diagnostic| one.code == codes::FILE_UNREADABLE && one.message.starts_with("the folder");
+        if self.diagnostics.iter().any(is_missing) {
+            // Templates are missing because their folder is.
+            let all = std::mem::take(&mut self.diagnostics).into_iter();
+            self.diagnostics = all.filter(|one| one.code != TEMPLATE_UNKNOWN).collect();
+        }
         self.diagnostics.sort();
         self.diagnostics.merge();
     }

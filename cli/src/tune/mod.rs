@@ -64,7 +64,7 @@ fn tune(
 ) -> Result<Found, Diagnostics> {
     files::check_folder(&arguments.out)?;
     let is_stopped = stopped_by_the_user();
-    let path = CameraPath::of(arguments.shots.film.camera.as_ref())?;
+    let path = session.camera(arguments.shots.film.camera.as_ref())?;
     let choices = shadow_term::choices(&arguments.choices);
     let loaded = session.open(&arguments.pipeline, &choices.files.extension).ok_or_else(Diagnostics::new)?;
     let Some(document) = loaded.document() else { return Err(Diagnostics::new()) };

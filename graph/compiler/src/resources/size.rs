@@ -206,8 +206,14 @@ impl<'a> Sizes<'a> {
                         return Some(value as u32);
                     }
                     let message = format!("the {what} of \"{}\" is {value}", resource.name);
-                    let help =
-                        format!("1 to {limit} are possible on the profile {}", self.pipeline.profile.name);
+                    let help = match what {
+                        "mip count" => format!("{width} by {height} texels have up to {limit} mips"),
+                        "sample count" => "1 and 4 are possible".to_owned(),
+                        "width" | "height" if value < 1.0 => {
+                            "a side is at least one texel, as in \"=max(viewport.width / 4, 1)\"".to_owned()
+                        }
+                        _ => format!("1 to {limit} are possible on the profile {}", self.pipeline.profile.name),
+                    };
                     self.reject_at(codes::SIZE_LIMIT, resource, pointer, message, &help)
                 };
                 let width_whole = whole(*width, side, "width", "/texture/size");

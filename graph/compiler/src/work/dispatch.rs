@@ -42,12 +42,23 @@ pub(crate) fn workgroups(
         }
         Dispatch::Workgroups(expressions) => {
             let mut counts = [0; 3];
+            let mut zero = None;
             for (count, Live { value: deferred, .. }) in counts.iter_mut().zip(expressions) {
                 let value = resolved.sizes.value(deferred)?;
                 let found = self::count(&value, limit).map_err(|diagnostic| {
                     diagnostics.push(diagnostic.at(deferred.place, &deferred.pointer));
                 });
                 *count = found.ok()?;
+                zero = zero.or((*count == 0).then_some(deferred));
+            }
+            // A parameter of the frame may make it more than none.
+            let is_fixed = expressions.iter().all(|Live { setting, .. }| setting.is_none());
+            if let Some(deferred) = zero.filter(|_| is_fixed) {
+                let name = &pipeline.pass(handle).name;
+                let message = format!("{counts:?} workgroups are none: \"{name}\" runs nothing");
+                let help = "round up, as in \"=ceil(viewport.width / 8)\"; or say \"when\", for frames without the pass";
+                let warning = Diagnostic::warning(codes::DISPATCH, deferred.place, message);
+                diagnostics.push(warning.pointer(&deferred.pointer).help(help));
             }
             counts
         }

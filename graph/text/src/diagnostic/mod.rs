@@ -14,7 +14,7 @@ mod values;
 
 pub use code::Code;
 pub use count::Count;
-pub(crate) use suggest::DID_YOU_MEAN;
+pub(crate) use suggest::{DID_YOU_MEAN, begun};
 pub use suggest::suggested_name;
 pub use values::{AxisValue, AxisValues, describe, select_axes};
 

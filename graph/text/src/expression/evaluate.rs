@@ -92,8 +92,11 @@ pub fn evaluate(expression: &Expression, scope: &dyn Scope) -> Result<Value, Exp
                 return Err(type_error(list.range.clone(), "only a list has elements"));
             };
             if at.fract() != 0.0 || at < 0.0 || at >= elements.len() as f64 {
-                let message = format!("the list has {} elements, and no element {at}", elements.len());
-                return Err(arithmetic(index.range.clone(), message));
+                let name = match &list.kind {
+                    ExpressionKind::Name(name) => Some(name),
+                    _ => None,
+                };
+                return Err(without_element(name, elements.len(), at, range(), index.range.clone()));
             }
             Ok(elements[at as usize].clone())
         }
@@ -143,6 +146,26 @@ pub fn evaluate_into(
             Ok(std::mem::replace(to, value) != *to)
         }
     }
+}
+
+/// The error for an index `at` that a list does not have. `name` is the name of the list, if it has one.
+fn without_element(
+    name: Option<&String>,
+    count: usize,
+    at: f64,
+    range: Range<usize>,
+    index: Range<usize>,
+) -> ExpressionError {
+    let Some(name) = name else {
+        return arithmetic(index, format!("the list has {count} elements, and no element {at}"));
+    };
+    let message = format!("\"{name}\" has {count} elements, and no element {at}");
+    let help = match count.checked_sub(1) {
+        None => "the list is empty: guard the index with len(list) > 0".to_owned(),
+        Some(0) => format!("its one element is {name}[0]"),
+        Some(last) => format!("its elements are {name}[0] to {name}[{last}]; the last is {name}[len({name}) - 1]"),
+    };
+    ExpressionError { help: Some(help), ..arithmetic(range, message) }
 }
 
 /// Returns the reference to the version of a resource that iteration `at` (from 0) of a loop wrote.
@@ -234,7 +257,11 @@ fn binary(
     {
         return Ok(Value::Bool((a == b) == (operator == Op::Equal)));
     }
-    let (a, b) = (evaluate(left, scope)?, evaluate(right, scope)?);
+    let compared = matches!(operator, Op::Equal | Op::NotEqual);
+    let side = |one: &Expression, other: &Expression| {
+        evaluate(one, scope).map_err(|error| if compared { as_word(error, one, other, scope) } else { error })
+    };
+    let (a, b) = (side(left, right)?, side(right, left)?);
     let compare = |test: fn(f64, f64) -> bool| match (&a, &b) {
         (Value::Number(a), Value::Number(b)) => Ok(Value::Bool(test(*a, *b))),
         _ => Err(type_error(
@@ -268,6 +295,25 @@ fn binary(
         }
         Op::And | Op::Or => Err(type_error(range, "a boolean is wanted")),
     }
+}
+
+/// The error for an unknown name that is compared with an enumeration and is one of its words: a word needs quotes.
+fn as_word(
+    error: ExpressionError,
+    one: &Expression,
+    other: &Expression,
+    scope: &dyn Scope,
+) -> ExpressionError {
+    let (ErrorKind::UnknownName, ExpressionKind::Name(word), ExpressionKind::Name(name)) =
+        (error.kind, &one.kind, &other.kind)
+    else {
+        return error;
+    };
+    if !scope.words(name).is_some_and(|words| words.contains(word)) {
+        return error;
+    }
+    let help = format!("a word of \"{name}\" stands in single quotes: '{word}'");
+    ExpressionError { unknown: None, help: Some(help), ..error }
 }
 
 /// Applies an operation to two numbers, to each element of a list and a number, or to pairs of elements of two lists of
