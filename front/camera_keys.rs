@@ -21,7 +21,9 @@ pub(super) fn read(path: &Path, sources: &mut Sources) -> Result<Vec<Key>, Diagn
     let meant = suggested_name(&name, ["orbit", "walk", "random"]);
     if let Some(meant) = meant.filter(|_| !path.exists()) {
         let message = format!("there is no camera path \"{name}\", and no such file");
-        return Err(Diagnostic::in_file(CAMERA_PATH, name, "", message).help(format!("did you mean \"{meant}\"?")));
+        return Err(
+            Diagnostic::in_file(CAMERA_PATH, name, "", message).help(format!("did you mean \"{meant}\"?"))
+        );
     }
     let file = crate::low_level::read_source(path, sources)?;
     let parsed = document::parse(sources, file);
@@ -69,7 +71,8 @@ fn key(at: usize, value: &Value) -> Result<Key, Diagnostic> {
     members(value, &what, &["time", "position", "target"])?;
     let [time, position, target] = ["time", "position", "target"].map(|name| member(value, name, &what));
     let (time, position, target) = (number(time?, "time", &what)?, position?, target?);
-    let key = Key { time, position: point(position, "position", &what)?, target: point(target, "target", &what)? };
+    let key =
+        Key { time, position: point(position, "position", &what)?, target: point(target, "target", &what)? };
     if key.rotation().is_some() {
         return Ok(key);
     }
@@ -156,13 +159,21 @@ mod tests {
         };
         for (text, says, marks) in [
             ("[1]".to_owned(), "put the list under \"keys\"", "[1]"),
-            ("{ \"keys\": [{ \"time\": 0, \"position\": [0, 1, 2] }] }".to_owned(), "key 0 has no \"target\"", "{"),
+            (
+                "{ \"keys\": [{ \"time\": 0, \"position\": [0, 1, 2] }] }".to_owned(),
+                "key 0 has no \"target\"",
+                "{",
+            ),
             (key("{ \"x\": 0, \"y\": 2, \"z\": 8 }", "[0, 1, 0]"), "write [0, 2, 8]", "{ \"x\""),
             (key("[0, 1]", "[0, 1, 0]"), "this list has 2 elements", "[0, 1]"),
             (key("[0, 1, 0]", "[0, 1, 0]"), "are both [0, 1, 0]", "[0, 1, 0]"),
             (key("[0, 8, 0]", "[0, 1, 0]"), "straight down, from [0, 8, 0] to [0, 1, 0]", "[0, 8, 0]"),
             (key("[0, 1e300, 0]", "[0, 1, 0]"), "no camera can use", "1e300"),
-            (key("[0, 8, 0]", "[0, 1, 0]").replace("target", "traget"), "did you mean \"target\"", "\"traget\""),
+            (
+                key("[0, 8, 0]", "[0, 1, 0]").replace("target", "traget"),
+                "did you mean \"target\"",
+                "\"traget\"",
+            ),
         ] {
             let (message, marked) = said(&text);
             assert!(message.contains(says) && marked.starts_with(marks), "{text}: {message} at {marked}");

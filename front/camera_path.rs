@@ -107,7 +107,8 @@ impl CameraPath {
             error.place = match error.place {
                 Place::Span(span) => {
                     let file = sources.get(span.file);
-                    let at = file.map(|file| file.line_column(u32::try_from(span.range().start).unwrap_or(0)));
+                    let at =
+                        file.map(|file| file.line_column(u32::try_from(span.range().start).unwrap_or(0)));
                     let locator = at.map(|at| format!("{}:{}", at.line, at.column)).unwrap_or_default();
                     Place::File { path: file.map(|file| file.name().to_owned()).unwrap_or_default(), locator }
                 }

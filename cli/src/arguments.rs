@@ -101,9 +101,13 @@ fn explained(mut error: clap::Error) -> clap::Error {
         && error.get(ContextKind::SuggestedArg).is_none()
     {
         let tip = match argument.as_str() {
-            word @ ("on" | "off" | "true" | "false") => Some(format!("a value stands behind \"=\": NAME={word}")),
+            word @ ("on" | "off" | "true" | "false") => {
+                Some(format!("a value stands behind \"=\": NAME={word}"))
+            }
             option => option.strip_prefix("--").filter(|name| !name.is_empty()).map(|name| {
-                format!("a parameter \"{name}\" is set with --set {name}=VALUE, a feature with --feature {name}")
+                format!(
+                    "a parameter \"{name}\" is set with --set {name}=VALUE, a feature with --feature {name}"
+                )
             }),
         };
         if let Some(tip) = tip {

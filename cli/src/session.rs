@@ -10,10 +10,10 @@ use std::sync::Arc;
 use umbragraph::DiskStorage;
 use umbragraph::Plan;
 #[cfg(feature = "gpu")]
+use umbragraph::diagnostic::Place;
+#[cfg(feature = "gpu")]
 use umbragraph::diagnostic::Severity;
 use umbragraph::diagnostic::{Diagnostic, Diagnostics, codes};
-#[cfg(feature = "gpu")]
-use umbragraph::diagnostic::Place;
 #[cfg(feature = "gpu")]
 use umbragraph::executor::DryRun;
 #[cfg(feature = "gpu")]

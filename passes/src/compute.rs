@@ -81,8 +81,7 @@ impl Node for Compute {
                 counts.and_then(|counts| <[_; 3]>::try_from(counts).ok()).map(Dispatch::Workgroups)
             }
             (None, None, None) => {
-                let help =
-                    "add \"dispatch_over\": a texture, or \"workgroups\": [x, y, z], or \"indirect\": a buffer";
+                let help = "add \"dispatch_over\": a texture, or \"workgroups\": [x, y, z], or \"indirect\": a buffer";
                 pass.reject(codes::MISSING_KEY, "", "the pass does not say how often it runs", help)
             }
             (over, counts, _) => {

@@ -13,7 +13,8 @@ use crate::streams::{complain, print, print_json};
 impl Session {
     /// Sorts the diagnostics for display and merges duplicates.
     pub(crate) fn arrange(&mut self) {
-        let is_missing = |one: &Diagnostic| one.code == codes::FILE_UNREADABLE && one.message.starts_with("the folder");
+        let is_missing =
+            |one: &Diagnostic| one.code == codes::FILE_UNREADABLE && one.message.starts_with("the folder");
         if self.diagnostics.iter().any(is_missing) {
             // Templates are missing because their folder is.
             let all = std::mem::take(&mut self.diagnostics).into_iter();

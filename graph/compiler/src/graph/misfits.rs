@@ -14,7 +14,9 @@ pub(crate) fn misfits(pipeline: &TypedPipeline) -> Vec<(ResourceHandle, Diagnost
         for one in pass.accesses().iter().filter(|one| one.usage.is_depth() || one.usage.is_stencil()) {
             let resource = pipeline.resource(one.resource);
             let stencil = one.usage.is_stencil();
-            if found.iter().any(|(known, _)| *known == one.resource) || is_like(pipeline, one.resource, stencil) {
+            if found.iter().any(|(known, _)| *known == one.resource)
+                || is_like(pipeline, one.resource, stencil)
+            {
                 continue;
             }
             let Some(texture) = resource.texture() else { continue };
@@ -29,16 +31,26 @@ pub(crate) fn misfits(pipeline: &TypedPipeline) -> Vec<(ResourceHandle, Diagnost
             );
             let others: Vec<String> = pipeline
                 .resource_handles()
-                .filter(|other| pipeline.resource(*other).texture().is_some() && is_like(pipeline, *other, stencil))
+                .filter(|other| {
+                    pipeline.resource(*other).texture().is_some() && is_like(pipeline, *other, stencil)
+                })
                 .map(|other| format!("\"&{}\"", pipeline.resource(other).name))
                 .take(3)
                 .collect();
             let help = match others.as_slice() {
                 [] => format!("give it another format, such as {example}"),
-                others => format!("textures with {what} are {}; or give it the format {example}", list_of(others)),
+                others => {
+                    format!("textures with {what} are {}; or give it the format {example}", list_of(others))
+                }
             };
-            let diagnostic = one.error(codes::FORMAT_USAGE, message);
-            found.push((one.resource, diagnostic.related(resource.place, "declared here").help(help)));
+            // A depth texture without stencil needs another format; a color texture is probably not meant at all.
+            let diagnostic = match stencil && is_like(pipeline, one.resource, false) {
+                true => resource
+                    .error_at("/texture/format", codes::FORMAT_USAGE, message)
+                    .related(one.place, "used here"),
+                false => one.error(codes::FORMAT_USAGE, message).related(resource.place, "declared here"),
+            };
+            found.push((one.resource, diagnostic.help(help)));
         }
     }
     found

@@ -17,6 +17,7 @@ use crate::resources::resolved::TextureProperties;
 use crate::schedule::cull::single_layer;
 use umbragraph_pipeline::diagnostic::{Diagnostic, codes};
 use umbragraph_pipeline::language::Lifetime;
+use umbragraph_pipeline::language::format_name;
 use umbragraph_pipeline::pipeline::{Located as _, SubresourceRange, canonical};
 use umbragraph_pipeline::shader::{ScalarKind, Stage};
 use umbragraph_pipeline::work::{Attachment, LoadOperation, PassHandle, RenderWork};

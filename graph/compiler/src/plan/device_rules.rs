@@ -277,9 +277,14 @@ impl Rules<'_> {
             return Some(self.reject(target.resource, message, help));
         }
         if from.format != to.format {
-            let names = [from.format, to.format].map(|format| format.map_or("unknown", format_name));
-            let message = format!("\"{a}\" is {}, \"{b}\" is {}: resolving changes no format", names[0], names[1]);
-            return Some(self.reject(target.resource, message, &format!("give \"{a}\" the format {}", names[1])));
+            let names = [from.format, to.format].map(|format| format.map(format_name).unwrap_or_default());
+            let message =
+                format!("\"{a}\" is {}, \"{b}\" is {}: resolving changes no format", names[0], names[1]);
+            return Some(self.reject(
+                target.resource,
+                message,
+                &format!("give \"{a}\" the format {}", names[1]),
+            ));
         }
         let side = |length: u32, mip: u32| (length >> mip.min(31)).max(1);
         let extent = |size: TextureSize, mip| [side(size.width, mip), side(size.height, mip)];

@@ -212,7 +212,9 @@ impl<'a> Sizes<'a> {
                         "width" | "height" if value < 1.0 => {
                             "a side is at least one texel, as in \"=max(viewport.width / 4, 1)\"".to_owned()
                         }
-                        _ => format!("1 to {limit} are possible on the profile {}", self.pipeline.profile.name),
+                        _ => {
+                            format!("1 to {limit} are possible on the profile {}", self.pipeline.profile.name)
+                        }
                     };
                     self.reject_at(codes::SIZE_LIMIT, resource, pointer, message, &help)
                 };

@@ -108,8 +108,13 @@ fn subresources_beyond(
         };
         let round = pipeline.pass(pass).name.clone();
         let help = match (count, what) {
-            (1, "layer") => format!("it has one, layer 0: leave \"layer\" out, or give the texture \"layers\": {}", run.end()),
-            (1, _) => format!("it has one, mip 0: leave \"mip\" out, or give the texture \"mips\": {}", run.end()),
+            (1, "layer") => format!(
+                "it has one, layer 0: leave \"layer\" out, or give the texture \"layers\": {}",
+                run.end()
+            ),
+            (1, _) => {
+                format!("it has one, mip 0: leave \"mip\" out, or give the texture \"mips\": {}", run.end())
+            }
             _ => format!("it has {count}, counted from 0: {what} 0 to {what} {}", count - 1),
         };
         let is_round = round.split('.').any(|part| part.starts_with(|first: char| first.is_ascii_digit()));

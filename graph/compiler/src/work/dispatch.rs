@@ -65,7 +65,14 @@ pub(crate) fn workgroups(
     };
     if counts.iter().any(|count| *count > limit) {
         let message = format!("{counts:?} workgroups are too many");
-        let help = format!("the profile {} allows {limit} in each direction", pipeline.profile.name);
+        let profile = &pipeline.profile.name;
+        let help = match limit {
+            0 => format!(
+                "the profile {profile} has no compute shaders: give the pass a \"when\" with a feature that has \
+                 \"required_limits\", or leave the profile out"
+            ),
+            _ => format!("the profile {profile} allows {limit} in each direction"),
+        };
         diagnostics.push(pipeline.pass(handle).error(codes::DISPATCH, message).help(help));
         return None;
     }

@@ -71,7 +71,8 @@ impl Signs {
         if let (Self::Expression, Written::Reference(_)) = (self, Written::of(text)) {
             return Some(diagnostic.help("write a number, or an expression, which begins with \"=\""));
         }
-        let is_color = |rest: &str| matches!(rest.len(), 3 | 4 | 6 | 8) && u32::from_str_radix(rest, 16).is_ok();
+        let is_color =
+            |rest: &str| matches!(rest.len(), 3 | 4 | 6 | 8) && u32::from_str_radix(rest, 16).is_ok();
         if text.strip_prefix('#').is_some_and(is_color) {
             let help = "a color is [red, green, blue, alpha], each from 0 to 1, such as [0, 0, 0, 1]";
             return Some(diagnostic.help(help));

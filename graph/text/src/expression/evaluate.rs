@@ -163,7 +163,9 @@ fn without_element(
     let help = match count.checked_sub(1) {
         None => "the list is empty: guard the index with len(list) > 0".to_owned(),
         Some(0) => format!("its one element is {name}[0]"),
-        Some(last) => format!("its elements are {name}[0] to {name}[{last}]; the last is {name}[len({name}) - 1]"),
+        Some(last) => {
+            format!("its elements are {name}[0] to {name}[{last}]; the last is {name}[len({name}) - 1]")
+        }
     };
     ExpressionError { help: Some(help), ..arithmetic(range, message) }
 }

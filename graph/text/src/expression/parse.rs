@@ -302,9 +302,10 @@ impl Parser<'_> {
             }
         }
         let head = before.trim_end();
-        let is_not = !rest.is_empty() && head.strip_suffix("not").is_some_and(|head| {
-            !head.ends_with(|c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '.' | '&' | '@'))
-        });
+        let is_not = !rest.is_empty()
+            && head.strip_suffix("not").is_some_and(|head| {
+                !head.ends_with(|c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '.' | '&' | '@'))
+            });
         if is_not {
             return Some(error(head.len() - 3..head.len(), "write ! before the condition"));
         }

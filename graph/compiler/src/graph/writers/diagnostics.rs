@@ -17,11 +17,13 @@ impl Builder<'_> {
             self.next.iter().map(|list| list.iter().map(|(to, _)| to.index()).collect()).collect();
         for members in cycle::shortest(&edges) {
             let steps = members.iter().zip(members.iter().cycle().skip(1));
-            let resources = steps.clone().filter_map(|(from, to)| match self.via(*from, *to)? {
+            let mut resources = steps.clone().filter_map(|(from, to)| match self.via(*from, *to)? {
                 Via::Order(Hazard::Explicit) => None,
-                Via::Data(one) | Via::Order(Hazard::WriteAfterRead(one) | Hazard::WriteAfterWrite(one)) => Some(one),
+                Via::Data(one) | Via::Order(Hazard::WriteAfterRead(one) | Hazard::WriteAfterWrite(one)) => {
+                    Some(one)
+                }
             });
-            let unclear = resources.filter(|one| self.unclear.contains(one)).next();
+            let unclear = resources.find(|one| self.unclear.contains(one));
             if unclear.is_some_and(|resource| self.leaves_out(resource)) {
                 continue;
             }
@@ -87,7 +89,10 @@ pub(super) fn never_written(
             "\"{}\" is to run after \"{reads}\", but \"{reads}\" reads \"{}\", which \"{}\" writes",
             writes.name, known.name, writes.name
         );
-        let help = format!("remove \"{reads}\" from \"after\" of \"{}\", or let it read another resource", writes.name);
+        let help = format!(
+            "remove \"{reads}\" from \"after\" of \"{}\", or let it read another resource",
+            writes.name
+        );
         let diagnostic = writes.error(codes::CYCLE, message);
         return diagnostic.related(reader.one.place, format!("\"{reads}\" reads it here")).help(help);
     }

@@ -42,13 +42,8 @@ impl Settings {
             &overrides.parameters,
             diagnostics,
         );
-        let features = setting::features(
-            &sound.features,
-            document,
-            &overrides.features,
-            profile,
-            diagnostics,
-        );
+        let features =
+            setting::features(&sound.features, document, &overrides.features, profile, diagnostics);
         preset::check(document, &sound.parameters, &sound.features, overrides, diagnostics);
         check_twins(document, diagnostics);
         let mut broken: BTreeSet<String> = entries()

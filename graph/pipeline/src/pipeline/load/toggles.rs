@@ -42,7 +42,8 @@ pub(super) fn toggles(
             *name == entry.key || !declared(name) && suggested_name(name, [entry.key.as_str()]).is_some()
         });
         // A name of another kind in place of a toggle, or a toggle in a condition, has a diagnostic of its own.
-        let is_explained = mentioned.iter().any(|name| !declared(name)) || is_in_condition(document, &entry.key);
+        let is_explained =
+            mentioned.iter().any(|name| !declared(name)) || is_in_condition(document, &entry.key);
         if fine && !suggested && !is_explained {
             let message = format!("no pass has the toggle \"{}\"", entry.key);
             let diagnostic = Diagnostic::warning(codes::UNUSED_TOGGLE, entry.key_span, message);
@@ -90,7 +91,8 @@ fn mentions(document: &Document) -> Vec<Mention<'_>> {
 /// Returns `true` if the condition of a pass, under "when", names the toggle.
 fn is_in_condition(document: &Document, name: &str) -> bool {
     let subgraphs = document.root.entries_of("subgraphs").iter().map(|entry| &entry.value);
-    let passes = std::iter::once(&document.root).chain(subgraphs).flat_map(|owner| owner.entries_of("passes"));
+    let passes =
+        std::iter::once(&document.root).chain(subgraphs).flat_map(|owner| owner.entries_of("passes"));
     let mut conditions = passes.filter_map(|entry| entry.value.get("when")?.text()?.strip_prefix('='));
     conditions.any(|text| parse(text).is_ok_and(|condition| condition.names().contains(&name)))
 }

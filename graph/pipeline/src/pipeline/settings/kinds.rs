@@ -5,9 +5,7 @@ use std::collections::BTreeMap;
 use umbragraph_text::diagnostic::{Diagnostic, Diagnostics, codes, list_of};
 use umbragraph_text::document::{Document, Entry, Value, pointer_join};
 use umbragraph_text::expression::Expression;
-use umbragraph_text::language::{
-    Expr, FeatureDeclaration, FeatureType, ParameterDeclaration, ParameterType,
-};
+use umbragraph_text::language::{Expr, FeatureDeclaration, FeatureType, ParameterDeclaration, ParameterType};
 
 /// Says of which kind a name of a document is, and how it gets its value; `None` if nothing declares it.
 ///
@@ -72,8 +70,10 @@ pub(crate) fn remove_contradictions(
             let Some(name) = other.text().filter(|name| *name != entry.key) else { continue };
             let mut requires = entry.value.elements_of("requires").iter();
             if let Some(twin) = requires.find(|twin| twin.text() == Some(name)) {
-                let message =
-                    format!("\"{}\" requires \"{name}\" and excludes it, so that it can never be on", entry.key);
+                let message = format!(
+                    "\"{}\" requires \"{name}\" and excludes it, so that it can never be on",
+                    entry.key
+                );
                 let diagnostic = Diagnostic::error(codes::FEATURE_CONFLICT, other.span, message);
                 let diagnostic = diagnostic.related(twin.span, "required here").help("remove one of the two");
                 diagnostics.push(diagnostic.pointer(format!("{pointer}/excludes/{at}")));
@@ -104,7 +104,8 @@ fn parameter_contradiction(
     }
     for (key, at) in [("min", "/min"), ("max", "/max")] {
         if let (T::Bool | T::Enum, Some(member)) = (kind, written(key)) {
-            let message = format!("the parameter \"{}\" is {}, which has no \"{key}\"", entry.key, kind.name());
+            let message =
+                format!("the parameter \"{}\" is {}, which has no \"{key}\"", entry.key, kind.name());
             let diagnostic = Diagnostic::error(codes::UNKNOWN_KEY, member.key_span, message);
             let help = format!("remove \"{key}\"; f32, u32, i32, f32[] and u32[] have one");
             return Some((at, diagnostic.help(help)));

@@ -43,10 +43,14 @@ impl ParameterFile {
             diagnostics.push(diagnostic.help("write { \"parameters\": { } }"));
             return file;
         };
-        if let Some(entry) = entries.iter().find(|entry| ["passes", "resources"].contains(&entry.key.as_str())) {
-            let message = format!("a parameter file is wanted here; this has \"{}\", as a pipeline has", entry.key);
+        if let Some(entry) =
+            entries.iter().find(|entry| ["passes", "resources"].contains(&entry.key.as_str()))
+        {
+            let message =
+                format!("a parameter file is wanted here; this has \"{}\", as a pipeline has", entry.key);
             let diagnostic = Diagnostic::error(codes::UNKNOWN_KEY, entry.key_span, message);
-            let help = "give a file with \"parameters\" and \"features\"; the pipeline is an argument of its own";
+            let help =
+                "give a file with \"parameters\" and \"features\"; the pipeline is an argument of its own";
             diagnostics.push(diagnostic.pointer(pointer_join("", &entry.key)).help(help));
             return file;
         }

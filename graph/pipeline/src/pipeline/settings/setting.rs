@@ -157,9 +157,9 @@ pub(crate) fn features(
                         let (kind, known) = (SettingKind::Feature, declared(declarations));
                         let diagnostic = not_there(kind, other, &known, document, written, taken);
                         let help = |one: Diagnostic| match kinds::kind_of(document, other) {
-                            Some(_) if one.fix.is_none() => {
-                                one.help(format!("a feature {words} features; \"constraints\" tie other values"))
-                            }
+                            Some(_) if one.fix.is_none() => one.help(format!(
+                                "a feature {words} features; \"constraints\" tie other values"
+                            )),
                             _ => one,
                         };
                         diagnostics.extend(diagnostic.map(|one| help(one.pointer(pointer()))));

@@ -135,7 +135,8 @@ impl<'a> Checker<'a, '_> {
                         is_object && inner.is_some_and(|inner| inner.property(&entry.key).is_some())
                     });
                     if let (Some(owner), None) = (owner, &diagnostic.fix) {
-                        let help = format!("\"{}\" stands within \"{}\": move it there", entry.key, owner.key);
+                        let help =
+                            format!("\"{}\" stands within \"{}\": move it there", entry.key, owner.key);
                         diagnostic.help = Some(help);
                     }
                     self.push(diagnostic, &at);
@@ -188,7 +189,12 @@ impl<'a> Checker<'a, '_> {
 
     /// Returns the text to put before and after a value of the wrong type, so that it fits: brackets of a list, or an
     /// object with the one required key. `None` if neither makes it fit.
-    fn wrapped(&self, value: &Value, rules: &'a Rules, pointer: &Pointer<'_>) -> Option<(String, &'static str)> {
+    fn wrapped(
+        &self,
+        value: &Value,
+        rules: &'a Rules,
+        pointer: &Pointer<'_>,
+    ) -> Option<(String, &'static str)> {
         if let Some(items) = rules.items.as_ref().filter(|_| rules.min_items.is_none_or(|count| count <= 1)) {
             return self.fits(value, items, pointer).then(|| ("[".to_owned(), "]"));
         }
