@@ -30,7 +30,6 @@ use crate::render::files::{self, Compression, Format};
 use crate::render::{Drawing, Given};
 use crate::session::Session;
 use crate::shadow_term;
-use umbragraph::low_level::camera_path::CameraPath;
 
 /// Scores the shadows of a pipeline. Returns `true` if there were no errors and all limits are met.
 pub(crate) fn run(arguments: &ScoreArguments) -> bool {

@@ -44,7 +44,6 @@ use crate::score::nothing;
 use crate::score::view::View;
 use crate::session::Session;
 use crate::shadow_term;
-use umbragraph::low_level::camera_path::CameraPath;
 
 /// The initial step size of CMA-ES: the standard deviation of the first candidates, in coordinates from 0 to 1.
 const SPREAD: f64 = 0.15;

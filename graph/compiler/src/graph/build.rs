@@ -5,11 +5,12 @@ use std::collections::BTreeSet;
 use crate::graph::Graph;
 use crate::graph::access::accesses;
 use crate::graph::discards;
-use crate::graph::misfits::misfits;
+use crate::graph::misfits::{misfits, unwritten};
 use crate::graph::writers::Builder;
 use crate::memory::history;
-use umbragraph_pipeline::diagnostic::{Diagnostic, Diagnostics};
+use umbragraph_pipeline::diagnostic::Diagnostics;
 use umbragraph_pipeline::pipeline::TypedPipeline;
+use umbragraph_pipeline::work::ResourceHandle;
 
 /// Builds the dependency graph of a pipeline. Returns `None` if errors leave no valid order of the passes.
 ///
@@ -20,14 +21,18 @@ pub fn build(pipeline: &TypedPipeline, diagnostics: &mut Diagnostics) -> Option<
     let mut unclear = BTreeSet::new();
     let accesses = accesses(pipeline, &mut unclear, diagnostics);
     let misfits = misfits(pipeline);
-    unclear.extend(misfits.iter().map(|(resource, _)| *resource));
+    let mut suspects: BTreeSet<ResourceHandle> = misfits.iter().map(|(resource, _)| *resource).collect();
+    if !misfits.is_empty() {
+        suspects.extend(unwritten(pipeline));
+    }
+    unclear.extend(&suspects);
     let mut builder = Builder::new(pipeline, &accesses, unclear);
     let is_ordered = builder.order_all(diagnostics);
     // Formats are checked with the plan; here only if the order of passes fails because of one.
-    let misfits = misfits.into_iter().filter(|(resource, _)| builder.untold.contains(resource));
-    let misfits: Vec<Diagnostic> = misfits.map(|(_, diagnostic)| diagnostic).collect();
-    let is_fit = misfits.is_empty();
-    diagnostics.extend(misfits);
+    let is_fit = builder.untold.is_disjoint(&suspects);
+    if !is_fit {
+        diagnostics.extend(misfits.into_iter().map(|(_, diagnostic)| diagnostic));
+    }
     let graph = (is_ordered && is_fit).then(|| builder.finish())?;
     discards::check(pipeline, &graph, diagnostics);
     Some(graph)

@@ -56,6 +56,14 @@ pub(crate) fn misfits(pipeline: &TypedPipeline) -> Vec<(ResourceHandle, Diagnost
     found
 }
 
+/// Returns the textures with depth or stencil that no pass writes. Where an attachment is a misfit, one of them may be
+/// what it is meant to write.
+pub(crate) fn unwritten(pipeline: &TypedPipeline) -> Vec<ResourceHandle> {
+    let is_written = |resource: &ResourceHandle| pipeline.passes.iter().any(|pass| pass.writes(*resource));
+    let textures = pipeline.resource_handles().filter(|one| pipeline.resource(*one).texture().is_some());
+    textures.filter(|one| is_like(pipeline, *one, false) && !is_written(one)).collect()
+}
+
 /// Returns `true` if a candidate format of a texture has depth or stencil, or is not known. Also for other resources.
 fn is_like(pipeline: &TypedPipeline, resource: ResourceHandle, stencil: bool) -> bool {
     let Some(texture) = pipeline.resource(resource).texture() else { return true };

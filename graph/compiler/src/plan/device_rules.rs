@@ -228,8 +228,10 @@ impl Rules<'_> {
                 }
                 let min = binding.block.as_ref().map_or(0, |block| u64::from(block.size()));
                 if bytes < min {
-                    let message = format!("{}, \"{}\" has {min}", bound(), slot.name);
-                    return reject(message, "bind at least what the shader declares");
+                    let message =
+                        format!("{}, but \"{}\" of {} has {min}", bound(), slot.name, program.template);
+                    let help = format!("give \"{name}\" at least {min} bytes, or bind a larger range of it");
+                    return reject(message, &help);
                 }
                 if matches!(ty, BufferBindingType::Storage { .. }) && bytes % 4 != 0 {
                     return reject(bound(), "storage bindings have a multiple of 4 bytes");

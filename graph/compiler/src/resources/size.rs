@@ -218,6 +218,11 @@ impl<'a> Sizes<'a> {
                     };
                     self.reject_at(codes::SIZE_LIMIT, resource, pointer, message, &help)
                 };
+                if *width < 1.0 && *height < 1.0 {
+                    let message = format!("the size of \"{}\" is {width} by {height}", resource.name);
+                    let help = "a side is at least one texel, as in \"=max(viewport.width / 4, 1)\"";
+                    return self.reject_at(codes::SIZE_LIMIT, resource, "/texture/size", message, help);
+                }
                 let width_whole = whole(*width, side, "width", "/texture/size");
                 let height_whole = whole(*height, side, "height", "/texture/size");
                 let optional = |expr: &'a Option<Expr>, limit: u32, what: &str, pointer: &str| match expr {

@@ -259,11 +259,7 @@ fn binary(
     {
         return Ok(Value::Bool((a == b) == (operator == Op::Equal)));
     }
-    let compared = matches!(operator, Op::Equal | Op::NotEqual);
-    let side = |one: &Expression, other: &Expression| {
-        evaluate(one, scope).map_err(|error| if compared { as_word(error, one, other, scope) } else { error })
-    };
-    let (a, b) = (side(left, right)?, side(right, left)?);
+    let (a, b) = (evaluate(left, scope)?, evaluate(right, scope)?);
     let compare = |test: fn(f64, f64) -> bool| match (&a, &b) {
         (Value::Number(a), Value::Number(b)) => Ok(Value::Bool(test(*a, *b))),
         _ => Err(type_error(
@@ -297,25 +293,6 @@ fn binary(
         }
         Op::And | Op::Or => Err(type_error(range, "a boolean is wanted")),
     }
-}
-
-/// The error for an unknown name that is compared with an enumeration and is one of its words: a word needs quotes.
-fn as_word(
-    error: ExpressionError,
-    one: &Expression,
-    other: &Expression,
-    scope: &dyn Scope,
-) -> ExpressionError {
-    let (ErrorKind::UnknownName, ExpressionKind::Name(word), ExpressionKind::Name(name)) =
-        (error.kind, &one.kind, &other.kind)
-    else {
-        return error;
-    };
-    if !scope.words(name).is_some_and(|words| words.contains(word)) {
-        return error;
-    }
-    let help = format!("a word of \"{name}\" stands in single quotes: '{word}'");
-    ExpressionError { unknown: None, help: Some(help), ..error }
 }
 
 /// Applies an operation to two numbers, to each element of a list and a number, or to pairs of elements of two lists of

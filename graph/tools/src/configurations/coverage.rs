@@ -110,10 +110,7 @@ pub fn check_configurations(
         violations.into_iter().map(|(violation, places)| with(violation, &places)).collect();
     // A use that is invalid counts for nothing.
     if found.is_sound() {
-        // An error of the files that are composed may take a use away.
-        if !diagnostics.has_errors() {
-            unused(document, model, templates, diagnostics);
-        }
+        unused(document, model, templates, diagnostics);
         coverage.remarks = Remarks::of(model, &coverage.first);
     }
     diagnostics.extend(found.diagnostics(configurations));

@@ -96,6 +96,17 @@ pub(super) fn never_written(
         let diagnostic = writes.error(codes::CYCLE, message);
         return diagnostic.related(reader.one.place, format!("\"{reads}\" reads it here")).help(help);
     }
+    let scene = pipeline.pass(reader.pass).work().scene();
+    if reader.writes && reader.one.usage.is_depth() && scene.is_some_and(|scene| scene.redraw.is_some()) {
+        let message = format!(
+            "\"{}\" keeps views from frame to frame (\"redraw\": \"changed\"), but \"{}\" lasts for one frame",
+            pipeline.pass(reader.pass).name,
+            known.name
+        );
+        let diagnostic =
+            reader.one.error(codes::NEVER_WRITTEN, message).related(known.place, "declared here");
+        return diagnostic.help(format!("add \"lifetime\": \"persistent\" to \"{}\"", known.name));
+    }
     let verb = if reader.writes { "loads" } else { "reads" };
     let message = format!(
         "\"{}\" {verb} \"{}\", which nothing writes before",

@@ -155,10 +155,23 @@ impl<'a> Checker<'a, '_> {
                 let key = &required.key;
                 let message = format!("the key \"{key}\" is missing here");
                 let mut diagnostic = Diagnostic::error(codes::MISSING_KEY, value.span, message);
-                diagnostic.help = required.description.as_ref().map(|text| format!("\"{key}\": {text}"));
+                let words = rules.property(key).map(|node| self.words_of(node)).unwrap_or_default();
+                diagnostic.help = match &required.description {
+                    Some(text) => Some(format!("\"{key}\": {text}")),
+                    None if words.is_empty() => None,
+                    None => Some(format!("add \"{key}\": one of {}", list_of(words))),
+                };
                 self.push(diagnostic, pointer);
             }
         }
+    }
+
+    /// Returns the words that a value can be; empty if it can be something else than a word.
+    fn words_of(&self, node: &'a Node) -> Vec<&'a str> {
+        let Some(rules) = self.schema.rules(node) else { return Vec::new() };
+        let own = rules.words.iter().flatten().filter_map(Json::as_str);
+        let branches = rules.alternatives.iter().flat_map(|alternatives| &alternatives.branches);
+        own.chain(branches.flat_map(|branch| branch.words.iter().map(String::as_str))).collect()
     }
 
     /// Checks that an object has exactly one of the keys `keys`. If the object has none of them but an unknown key,
