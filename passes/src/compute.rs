@@ -6,9 +6,7 @@ use umbragraph_pipeline::diagnostic::codes;
 use umbragraph_pipeline::language::{Expr, Ref};
 use umbragraph_pipeline::node::Node;
 use umbragraph_pipeline::pipeline::{Evaluate, IndexRange, PassBuilder, Produced};
-use umbragraph_pipeline::work::{
-    BoundSlot, ComputeWork, Deferred, Dispatch, Live, ResourceHandle, SlotSource, Subresource, Work,
-};
+use umbragraph_pipeline::work::{ComputeWork, Deferred, Dispatch, Live, Subresource, Work};
 
 use crate::shader::ShaderSettings;
 
@@ -54,11 +52,6 @@ impl IndirectSettings {
     }
 }
 
-/// Returns `true` if a slot binds a texture.
-fn is_bound(slot: &BoundSlot, texture: ResourceHandle) -> bool {
-    matches!(&slot.source, SlotSource::Texture(bound) if bound.texture.resource == texture)
-}
-
 impl Node for Compute {
     const NAME: &'static str = "compute";
     const SUMMARY: &'static str = "Dispatches a compute shader.";
@@ -94,14 +87,10 @@ impl Node for Compute {
                 pass.reject(codes::UNKNOWN_KEY, &format!("/{second}"), message, "remove one of the two")
             }
         };
-        let (program, bindings, dispatch) = (program?, bindings?, dispatch?);
-        if let (Some(over), Dispatch::Over { resource, .. }) = (&self.dispatch_over, &dispatch)
-            && !bindings.iter().any(|slot| is_bound(slot, *resource))
-        {
-            let message = format!("\"dispatch_over\" names \"{over}\", which is not under \"bind\"");
-            let help = "name a texture that the shader reads or writes, or bind this one";
-            return pass.reject(codes::DISPATCH, "/dispatch_over", message, help);
-        }
-        pass.produce(Work::Compute(Box::new(ComputeWork { program, bindings, dispatch })))
+        pass.produce(Work::Compute(Box::new(ComputeWork {
+            program: program?,
+            bindings: bindings?,
+            dispatch: dispatch?,
+        })))
     }
 }
