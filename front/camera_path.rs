@@ -18,11 +18,12 @@
 //! its own camera, towards any point of the scene's bounds, tilted by up to half a right angle.
 
 use std::f64::consts::FRAC_PI_4;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
-use crate::diagnostic::Diagnostic;
+use super::camera_keys;
+use crate::diagnostic::{Diagnostic, Place};
 use crate::frame::{Bounds, Camera};
 use crate::glam::{DMat3, DQuat, DVec3};
 use crate::low_level::source::Sources;
@@ -94,24 +95,43 @@ pub struct Key {
     pub target: [f64; 3],
 }
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Keys {
-    keys: Vec<Key>,
-}
-
 impl CameraPath {
     /// Returns the path that an argument of `--camera` selects.
     ///
     /// # Errors
     /// A file that cannot be read, is no camera path, or has values that no camera can use.
     pub fn of(argument: Option<&CameraArgument>) -> Result<Self, Diagnostic> {
+        let mut sources = Sources::new();
+        Self::of_sources(argument, &mut sources).map_err(|mut error| {
+            // Nobody has these sources.
+            error.place = match error.place {
+                Place::Span(span) => {
+                    let file = sources.get(span.file);
+                    let at =
+                        file.map(|file| file.line_column(u32::try_from(span.range().start).unwrap_or(0)));
+                    let locator = at.map(|at| format!("{}:{}", at.line, at.column)).unwrap_or_default();
+                    Place::File { path: file.map(|file| file.name().to_owned()).unwrap_or_default(), locator }
+                }
+                other => other,
+            };
+            error.related.clear();
+            error.fix = None;
+            error
+        })
+    }
+
+    /// Returns the path that an argument of `--camera` selects. A key file is added to `sources`, which diagnostics
+    /// about it refer to.
+    ///
+    /// # Errors
+    /// A file that cannot be read, is no camera path, or has values that no camera can use.
+    pub fn of_sources(argument: Option<&CameraArgument>, sources: &mut Sources) -> Result<Self, Diagnostic> {
         Ok(match argument {
             None => Self::Scene,
             Some(CameraArgument::Orbit) => Self::Orbit,
             Some(CameraArgument::Walk) => Self::Walk,
             Some(CameraArgument::Random(seed)) => Self::Random(*seed),
-            Some(CameraArgument::File(path)) => Self::Keys(read(path)?),
+            Some(CameraArgument::File(path)) => Self::Keys(camera_keys::read(path, sources)?),
         })
     }
 
@@ -199,44 +219,6 @@ impl Key {
         let rotation = DQuat::from_mat3(&DMat3::from_cols(right, back.cross(right), back)).normalize();
         rotation.is_finite().then_some(rotation)
     }
-}
-
-fn read(path: &Path) -> Result<Vec<Key>, Diagnostic> {
-    let name = path.display().to_string();
-    let wrong = |at: &str, message: String| {
-        Diagnostic::in_file(CAMERA_PATH, &name, at, message)
-            .help("a path is { \"keys\": [ { \"time\": seconds, \"position\": [x, y, z], \"target\": [x, y, z] }, … ] }; there are orbit, walk and random, too")
-    };
-    let mut sources = Sources::new();
-    let file = crate::low_level::read_source(path, &mut sources)?;
-    let text = sources.get(file).map(|file| file.text().clone()).unwrap_or_default();
-    let keys: Keys = serde_json::from_str(&text).map_err(|error| {
-        wrong(&format!("{}:{}", error.line(), error.column()), format!("this is no camera path: {error}"))
-    })?;
-    let keys = keys.keys;
-    if keys.is_empty() {
-        return Err(wrong("/keys", "a camera path has no keys".to_owned()));
-    }
-    for (at, key) in keys.iter().enumerate() {
-        let place = format!("/keys/{at}");
-        let numbers = key.position.iter().chain(&key.target).chain([&key.time]);
-        if !numbers.clone().all(|number| number.is_finite() && number.abs() < 1e12) {
-            return Err(wrong(
-                &place,
-                format!("key {at} of a camera path has a number that no camera can use"),
-            ));
-        }
-        if key.rotation().is_none() {
-            return Err(wrong(
-                &place,
-                format!("key {at} of a camera path looks nowhere, or straight up or down"),
-            ));
-        }
-        if at > 0 && keys[at - 1].time >= key.time {
-            return Err(wrong(&place, format!("key {at} of a camera path is not later than the one before")));
-        }
-    }
-    Ok(keys)
 }
 
 #[cfg(test)]

@@ -5,6 +5,7 @@
 pub mod adapter;
 #[cfg(feature = "gpu")]
 pub mod buffers;
+mod camera_keys;
 pub mod camera_path;
 pub(crate) mod codes;
 #[cfg(feature = "environment")]

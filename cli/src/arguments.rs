@@ -82,14 +82,38 @@ impl Arguments {
                 let message = "--captures and --timings are shown on the page: add --format html";
                 (ErrorKind::ArgumentConflict, message)
             }
+            #[cfg(feature = "gpu")]
+            Command::Render(render) if render.toggle_beyond().is_some() => {
+                let message = render.toggle_beyond().unwrap_or_default();
+                return Err(Self::command().error(ErrorKind::ValueValidation, message));
+            }
             _ => return Ok(arguments),
         };
         Err(Self::command().error(conflict.0, conflict.1))
     }
 }
 
-/// Replaces the error for a subcommand that this build leaves out by one that names its cargo feature.
-fn explained(error: clap::Error) -> clap::Error {
+/// Replaces the error for a subcommand that this build leaves out by one that names its cargo feature. Adds a tip to the
+/// error for an option that may be a setting of the pipeline.
+fn explained(mut error: clap::Error) -> clap::Error {
+    if error.kind() == ErrorKind::UnknownArgument
+        && let Some(ContextValue::String(argument)) = error.get(ContextKind::InvalidArg)
+        && error.get(ContextKind::SuggestedArg).is_none()
+    {
+        let tip = match argument.as_str() {
+            word @ ("on" | "off" | "true" | "false") => {
+                Some(format!("a value stands behind \"=\": NAME={word}"))
+            }
+            option => option.strip_prefix("--").filter(|name| !name.is_empty()).map(|name| {
+                format!(
+                    "a parameter \"{name}\" is set with --set {name}=VALUE, a feature with --feature {name}"
+                )
+            }),
+        };
+        if let Some(tip) = tip {
+            error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![tip.into()]));
+        }
+    }
     let Some(ContextValue::String(name)) = error.get(ContextKind::InvalidSubcommand) else { return error };
     let Some((name, feature)) = OF_FEATURES.iter().find(|(known, _)| known == name) else { return error };
     let message = format!(

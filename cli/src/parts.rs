@@ -13,7 +13,12 @@ pub(crate) fn summary(path: &Path, kind: FileKind) -> String {
     let (what, how) = match kind {
         FileKind::Pipeline => return String::new(),
         FileKind::Extension => ("an extension", format!("check PIPELINE --extension {path}")),
-        FileKind::Subgraph => ("a subgraph", "check PIPELINE, of one that uses it,".to_owned()),
+        FileKind::Subgraph => {
+            return format!(
+                "{path}: a subgraph of the form that its schema wants; check a pipeline that uses it, too: \
+                 `umbragraph check PIPELINE`\n"
+            );
+        }
         FileKind::Parameters => ("a parameter file", format!("check PIPELINE --params {path}")),
     };
     format!("{path}: {what} of the form that its schema wants; `umbragraph {how}` checks it in a pipeline\n")

@@ -10,10 +10,14 @@ use std::sync::Arc;
 use umbragraph::DiskStorage;
 use umbragraph::Plan;
 #[cfg(feature = "gpu")]
+use umbragraph::diagnostic::Place;
+#[cfg(feature = "gpu")]
 use umbragraph::diagnostic::Severity;
 use umbragraph::diagnostic::{Diagnostic, Diagnostics, codes};
 #[cfg(feature = "gpu")]
 use umbragraph::executor::DryRun;
+#[cfg(feature = "gpu")]
+use umbragraph::low_level::camera_path::{CameraArgument, CameraPath};
 use umbragraph::low_level::compiler::PlanOptions;
 #[cfg(feature = "gpu")]
 use umbragraph::low_level::compose::Roots;
@@ -121,6 +125,30 @@ impl Session {
     /// Returns `true` if the session has read the file.
     pub(crate) fn has_read(&self, name: &str) -> bool {
         self.session.has_read(Path::new(name))
+    }
+
+    /// Returns the path that an argument of `--camera` selects. Errors of its file have their place in the session's
+    /// sources.
+    ///
+    /// # Errors
+    /// A file that cannot be read, is no camera path, or has values that no camera can use.
+    #[cfg(feature = "gpu")]
+    pub(crate) fn camera(&mut self, argument: Option<&CameraArgument>) -> Result<CameraPath, Diagnostic> {
+        let mut own = Sources::new();
+        CameraPath::of_sources(argument, &mut own).map_err(|mut error| {
+            if let Some((_, file)) = own.iter().last() {
+                let whole = self.text_of(file.name(), file.text());
+                let moved = |place: &mut Place| {
+                    if let Place::Span(span) = place {
+                        *place = whole.inside(span.range()).into();
+                    }
+                };
+                moved(&mut error.place);
+                error.related.iter_mut().for_each(|related| moved(&mut related.place));
+                error.fix = None;
+            }
+            error
+        })
     }
 
     /// Loads a scene and adds its warnings to the diagnostics.

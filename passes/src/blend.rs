@@ -188,7 +188,8 @@ impl BlendComponentSettings {
                 if factor.is_some() {
                     let message = "\"min\" and \"max\" compare what is drawn with what is there as they are";
                     let pointer = format!("{at}/{key}");
-                    return pass.reject(codes::ATTACHMENTS, &pointer, message, "remove the factor");
+                    let help = "remove \"src_factor\" and \"dst_factor\"";
+                    return pass.reject(codes::ATTACHMENTS, &pointer, message, help);
                 }
             }
             let one = BlendFactor::One;

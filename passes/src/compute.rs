@@ -73,10 +73,18 @@ impl Node for Compute {
                     .collect();
                 counts.and_then(|counts| <[_; 3]>::try_from(counts).ok()).map(Dispatch::Workgroups)
             }
-            _ => {
-                let help =
-                    "\"dispatch_over\": a texture, or \"workgroups\": [x, y, z], or \"indirect\": a buffer";
-                pass.reject(codes::MISSING_KEY, "", "a compute pass says how often it runs in one way", help)
+            (None, None, None) => {
+                let help = "add \"dispatch_over\": a texture, or \"workgroups\": [x, y, z], or \"indirect\": a buffer";
+                pass.reject(codes::MISSING_KEY, "", "the pass does not say how often it runs", help)
+            }
+            (over, counts, _) => {
+                let (first, second) = match (over, counts) {
+                    (Some(_), Some(_)) => ("dispatch_over", "workgroups"),
+                    (Some(_), None) => ("dispatch_over", "indirect"),
+                    _ => ("workgroups", "indirect"),
+                };
+                let message = format!("\"{first}\" and \"{second}\" exclude one another");
+                pass.reject(codes::UNKNOWN_KEY, &format!("/{second}"), message, "remove one of the two")
             }
         };
         pass.produce(Work::Compute(Box::new(ComputeWork {

@@ -208,6 +208,11 @@ pub(crate) fn keep(
                 return Some(());
             }
             (LoadOperation::Load, Some(_)) => return Some(()),
+            (LoadOperation::Clear(_), Some(_)) => {
+                let message = "\"base\" and \"clear\" of the depth attachment both say what views begin with";
+                let help = "remove one of the two; a \"clear\" of shared settings goes with \"clear\": null";
+                return pass.reject(codes::ATTACHMENTS, "/base", message, help);
+            }
             _ => {}
         }
     }

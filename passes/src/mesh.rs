@@ -196,9 +196,14 @@ impl Mesh {
                 let words = if self.indices.is_some() { 5 } else { 4 };
                 settings.declare(pass, words).map(DrawCounts::Indirect)
             }
-            _ => {
-                let help = "\"count\", perhaps with \"instances\", or \"indirect\": a buffer";
-                pass.reject(codes::MISSING_KEY, "", "a mesh says how much is drawn in one way", help)
+            (None, None) => {
+                let help = "add \"count\", perhaps with \"instances\", or \"indirect\": a buffer";
+                pass.reject(codes::MISSING_KEY, "", "the mesh does not say how much is drawn", help)
+            }
+            (count, _) => {
+                let other = if count.is_some() { "count" } else { "instances" };
+                let message = format!("\"{other}\" and \"indirect\" exclude one another");
+                pass.reject(codes::UNKNOWN_KEY, "/indirect", message, "remove one of the two")
             }
         }
     }

@@ -90,6 +90,35 @@ const MISTAKES: &[Mistake] = &[
     Mistake("28-bloom", "\"upward\": true", "\"upward\": \"yes\"", "UG0512", "\"yes\"", "true"),
     Mistake("27-ssao", "\"radius\": \"=occlusion_radius\"", "\"radios\": \"=occlusion_radius\"", "UG0603", "radios", "radius"),
     Mistake("29-temporal", "\"jitter\": 8", "\"jiter\": 8", "UG0102", "jiter", "jitter"),
+    // Declarations that contradict themselves
+    Mistake("04-expressions", "\"max\": 8", "\"max\": 0", "UG0204", "0", "swap"),
+    Mistake("04-expressions", "\"type\": \"u32\"", "\"type\": \"uint\"", "UG0107", "uint", "u32"),
+    Mistake("10-features", "\"requires\": [\"glow\"]", "\"requires\": [\"glow\"], \"excludes\": [\"glow\"]", "UG0206", "glow", "remove one"),
+    Mistake("10-features", "\"type\": \"bool\", \"default\": false, \"requires\"", "\"type\": \"enum\", \"default\": \"off\", \"requires\"", "UG0106", "", "[\\\"off\\\", …]"),
+    // Names of another kind
+    Mistake("10-features", "\"when\": \"=glow\"", "\"toggle\": \"glow\"", "UG0214", "glow", "\\\"when\\\": \\\"=glow\\\""),
+    Mistake("10-features", "\"requires\": [\"glow\"]", "\"requires\": [\"low\"]", "UG0202", "low", "glow"),
+    Mistake("17-toggles", "\"toggle\": \"veil\"", "\"when\": \"=veil\"", "UG0311", "veil", "toggle"),
+    Mistake("13-presets", "\"parameters\": { \"width\": 128", "\"features\": { \"width\": 128", "UG0202", "width", "--set"),
+    // Operators and members of other languages
+    Mistake("04-expressions", "viewport / divisor\"", "viewport / divisor ** 2\"", "UG0310", "**", "multiply"),
+    Mistake("04-expressions", "=align(small.width, 16)", "=divisor > 1 and divisor < 3 ? 16 : 8", "UG0310", "and", "&&"),
+    Mistake("04-expressions", "=align(small.width, 16)", "=divisor = 1 ? 16 : 8", "UG0310", "", "=="),
+    Mistake("04-expressions", "=align(small.width, 16)", "=viewport.x", "UG0311", "viewport.x", "viewport.width"),
+    Mistake("24-derived", "quality == 'low'", "quality == low", "UG0311", "low", "'low'"),
+    // Wrappers that lack, and keys a level too high
+    Mistake("01-smallest", "[{ \"to\": \"&target\" }]", "{ \"to\": \"&target\" }", "UG0105", "{ \"to\": \"&target\" }", "write […]"),
+    Mistake("01-smallest", "[{ \"to\": \"&target\" }]", "[\"&target\"]", "UG0105", "&target", "write { \\\"to\\\": \\\"&target\\\" }"),
+    Mistake("01-smallest", "\"target\": { \"texture\": { \"format\": \"rgba8unorm\", \"size\": \"=viewport\", \"lifetime\": \"imported\" } }", "\"target\": { \"format\": \"rgba8unorm\", \"size\": \"=viewport\", \"lifetime\": \"imported\" }", "UG0102", "format", "within \\\"texture\\\""),
+    Mistake("01-smallest", "\"size\": \"=viewport\", \"lifetime\": \"imported\" }", "\"lifetime\": \"imported\" }, \"size\": \"=viewport\"", "UG0102", "size", "within \\\"texture\\\""),
+    Mistake("02-resources", "\"clear\": [0, 0, 0, 1]", "\"clear\": \"#000000\"", "UG0310", "#000000", "[0, 0, 0, 1]"),
+    Mistake("03-versions", "\"blend\": \"add\"", "\"blend\": \"additive\"", "UG0107", "additive", "is \\\"add\\\" meant?"),
+    // What follows from an error is not told
+    Mistake("02-resources", "\"keep\": {", "\"keep\": { \"after\": [\"show\"],", "UG0403", "keep", "after"),
+    Mistake("09-loops-and-mips", "\"mip\": \"=level\" }", "\"mip\": \"=level + 1\" }", "UG0404", "chain", "mip"),
+    Mistake("09-loops-and-mips", "{ \"texture\": { \"name\": \"&chain\", \"mip\": \"=level\" } }", "\"&chain\"", "UG0404", "chain", "mip"),
+    Mistake("16-buffers", "\"samples\": 4", "\"samples\": 8", "UG0321", "8", "1 and 4"),
+    Mistake("16-buffers", "\"samples\": { \"texture\": { \"format\": \"rgba8unorm\"", "\"samples\": { \"texture\": { \"format\": \"rgba16float\"", "UG0409", "", "rgba8unorm"),
 ];
 
 fn check(mistake: &Mistake) -> Outcome {
@@ -140,6 +169,20 @@ fn what_authors_get_wrong_is_named_where_it_is_with_a_way_out() {
     println!("{total} of {} points for {} mistakes", 3 * MISTAKES.len(), MISTAKES.len());
     assert!(MISTAKES.len() >= 60);
     assert!(short.is_empty(), "{} fall short:\n{}", short.len(), short.join("\n"));
+}
+
+/// Consequences of a mistake are not told: each of these has one diagnostic.
+#[test]
+fn a_mistake_is_told_once_and_without_consequences() {
+    let once = ["04-expressions", "09-loops-and-mips", "10-features", "17-toggles", "02-resources"];
+    let codes = ["UG0107", "UG0204", "UG0404", "UG0403", "UG0106", "UG0214", "UG0311"];
+    for mistake in MISTAKES.iter().skip_while(|one| one.4 != "jiter") {
+        let Mistake(lesson, _, to, code, ..) = mistake;
+        if once.contains(lesson) && codes.contains(code) {
+            let outcome = check(mistake);
+            assert_eq!(outcome.diagnostics.len(), 1, "{lesson}: {to}\n{}", outcome.text());
+        }
+    }
 }
 
 /// The words of a feature's enumeration, on the command line: the one that was meant, or all of them.

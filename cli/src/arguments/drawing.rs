@@ -77,6 +77,23 @@ pub(crate) struct RenderArguments {
     pub(crate) choices: Choices,
 }
 
+impl RenderArguments {
+    /// Says which toggle would first change behind the last frame; `None` if all change before.
+    pub(crate) fn toggle_beyond(&self) -> Option<String> {
+        let frames = self.frames.unwrap_or(1);
+        let toggle = self.toggles.iter().find(|toggle| toggle.since >= frames)?;
+        let ToggleArgument { name, since, .. } = toggle;
+        let drawn = match frames {
+            1 => "1 frame is drawn, frame 0".to_owned(),
+            _ => format!("{frames} frames are drawn, 0 to {}", frames - 1),
+        };
+        let wanted = u64::from(*since) + 1;
+        Some(format!(
+            "--toggle {name}@{since} lies beyond the last frame: {drawn}; draw --frames {wanted} or more, or change it at once: @0"
+        ))
+    }
+}
+
 /// The times and the camera of the frames of a scene.
 #[derive(Args)]
 pub(crate) struct Film {

@@ -76,7 +76,7 @@ fn render(
     mut report: Option<&mut RunReport>,
 ) -> Result<String, Diagnostics> {
     let output = Output::of(arguments)?;
-    let path = CameraPath::of(arguments.film.camera.as_ref())?;
+    let path = session.camera(arguments.film.camera.as_ref())?;
     let choices = &arguments.choices;
     let checked = progress.stage("check", || session.check(&arguments.pipeline, choices));
     if let Some(report) = &mut report {

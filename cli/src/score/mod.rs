@@ -30,7 +30,6 @@ use crate::render::files::{self, Compression, Format};
 use crate::render::{Drawing, Given};
 use crate::session::Session;
 use crate::shadow_term;
-use umbragraph::low_level::camera_path::CameraPath;
 
 /// Scores the shadows of a pipeline. Returns `true` if there were no errors and all limits are met.
 pub(crate) fn run(arguments: &ScoreArguments) -> bool {
@@ -59,7 +58,7 @@ fn score(
     if let Some(out) = &arguments.out {
         files::check("--out", out, &[(".png", Format::Png)])?;
     }
-    let path = CameraPath::of(arguments.shots.film.camera.as_ref())?;
+    let path = session.camera(arguments.shots.film.camera.as_ref())?;
     let cache = Cache::new(&arguments.cache);
     let choices = shadow_term::choices(&arguments.choices);
     let loaded = session.open(&arguments.pipeline, &choices.files.extension).ok_or_else(Diagnostics::new)?;

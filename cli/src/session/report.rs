@@ -1,6 +1,7 @@
 //! The diagnostics of a session, printed in the form that is asked for.
 
-use umbragraph::diagnostic::{Diagnostic, Severity, render};
+use umbragraph::diagnostic::{Diagnostic, Severity, codes, render};
+use umbragraph::low_level::shader::codes::TEMPLATE_UNKNOWN;
 
 use super::Session;
 use crate::annotations;
@@ -10,10 +11,33 @@ use crate::junit::{self, Fine};
 use crate::streams::{complain, print, print_json};
 
 impl Session {
-    /// Sorts the diagnostics for display and merges duplicates.
+    /// Sorts the diagnostics for display and merges duplicates. Leaves out what only follows from a file or folder that
+    /// is not read.
     pub(crate) fn arrange(&mut self) {
+        let has = |is: &dyn Fn(&Diagnostic) -> bool| self.diagnostics.iter().any(is);
+        // Templates are missing because their folder is; what is left out of a pipeline may use a setting.
+        let is_folder =
+            has(&|one| one.code == codes::FILE_UNREADABLE && one.message.starts_with("the folder"));
+        let is_cut = has(&|one| {
+            [codes::DUPLICATE_KEY, codes::UNKNOWN_SHARED_SETTINGS, codes::FILE_UNREADABLE].contains(&one.code)
+        });
+        let follows = |one: &Diagnostic| {
+            is_folder && one.code == TEMPLATE_UNKNOWN || is_cut && one.code == codes::UNUSED_SETTING
+        };
+        let all = std::mem::take(&mut self.diagnostics).into_iter().filter(|one| !follows(one));
+        let all = all.map(|one| match self.is_template(&one) {
+            true => one.help("this is a template: check a pipeline that uses it, with --templates FOLDER"),
+            false => one,
+        });
+        self.diagnostics = all.collect();
         self.diagnostics.sort();
         self.diagnostics.merge();
+    }
+
+    /// Returns `true` for a template that is read as if it were JSON.
+    fn is_template(&self, diagnostic: &Diagnostic) -> bool {
+        let file = diagnostic.span().and_then(|span| self.sources().get(span.file));
+        diagnostic.code == codes::SYNTAX && file.is_some_and(|file| file.name().ends_with(".jinja"))
     }
 
     /// Removes notes unless `all` is set or there are errors. A survey also makes notes about values that no user has

@@ -44,7 +44,6 @@ use crate::score::nothing;
 use crate::score::view::View;
 use crate::session::Session;
 use crate::shadow_term;
-use umbragraph::low_level::camera_path::CameraPath;
 
 /// The initial step size of CMA-ES: the standard deviation of the first candidates, in coordinates from 0 to 1.
 const SPREAD: f64 = 0.15;
@@ -64,7 +63,7 @@ fn tune(
 ) -> Result<Found, Diagnostics> {
     files::check_folder(&arguments.out)?;
     let is_stopped = stopped_by_the_user();
-    let path = CameraPath::of(arguments.shots.film.camera.as_ref())?;
+    let path = session.camera(arguments.shots.film.camera.as_ref())?;
     let choices = shadow_term::choices(&arguments.choices);
     let loaded = session.open(&arguments.pipeline, &choices.files.extension).ok_or_else(Diagnostics::new)?;
     let Some(document) = loaded.document() else { return Err(Diagnostics::new()) };

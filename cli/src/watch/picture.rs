@@ -82,7 +82,7 @@ impl Painter {
         session.ensure_fine(&checked)?;
         let options = Session::options(choices);
         let mut drawing = Drawing::new(graphics, scene, checked, options, session, Given::default())?;
-        let input = drawing.input(&CameraPath::of(None)?, Shot { index: 0, time: 0.0, part: 0.0 });
+        let input = drawing.input(&CameraPath::Scene, Shot { index: 0, time: 0.0, part: 0.0 });
         drawing.frame(&input)?;
         session.diagnostics.extend(drawing.note());
         write_png(&self.out, choices.size, &drawing.shown()?, Compression { fast: true })?;

@@ -172,8 +172,8 @@ struct RunCascades {
     configuration: Configuration,
 }
 
-/// Whether the last notices report missing bounds, and whether they report a light that casts no shadows.
-type Said = (bool, bool);
+/// Whether the last notices report missing bounds, a light that casts no shadows, and a name that no light has.
+type Said = (bool, bool, bool);
 
 impl CpuNode for RunCascades {
     type State = Said;
@@ -184,10 +184,12 @@ impl CpuNode for RunCascades {
         let dark = chosen.map(|(_, light)| light).filter(|light| !light.has(CAST_SHADOW));
         let is_lit = chosen.is_some() && dark.is_none() && context.frame.camera.check().is_none();
         let lacking = is_lit.then(|| self.configuration.lacks_bounds(context.frame)).flatten();
-        let says = (lacking.is_some(), dark.is_some());
+        let unnamed = self.configuration.light.as_deref().filter(|_| chosen.is_none());
+        let says = (lacking.is_some(), dark.is_some(), unnamed.is_some());
         if std::mem::replace(said, says) != says {
             let dark = dark.map(|light| missing::casting_light([light].into_iter()));
-            data.set_notices(lacking.map(NoBounds::notice).into_iter().chain(dark).collect());
+            let unnamed = unnamed.map(|name| missing::named_light(name, &context.frame.lights));
+            data.set_notices(lacking.map(NoBounds::notice).into_iter().chain(dark).chain(unnamed).collect());
         }
         if let Some((at, light)) = chosen {
             data.read_light(at);

@@ -1,7 +1,7 @@
 //! Notices about what a frame lacks for shadows: bounds, or a light that casts any.
 
-use umbragraph_pipeline::diagnostic::{Diagnostic, Place, Severity};
-use umbragraph_pipeline::frame::{FrameInput, Light};
+use umbragraph_pipeline::diagnostic::{Diagnostic, Place, Severity, list_of};
+use umbragraph_pipeline::frame::{FrameInput, Light, LightKind};
 
 use crate::codes;
 use crate::words::{CAST_SHADOW, filters::CASTERS};
@@ -28,6 +28,18 @@ impl NoBounds {
         Diagnostic::warning(codes::NO_BOUNDS, Place::Nowhere, message)
             .help("give the box around the scene with FrameInput::scene_bounds")
     }
+}
+
+/// Builds the notice that a frame has no directional light with the configured name; `lights` are those of the frame.
+pub(crate) fn named_light(name: &str, lights: &[Light]) -> Diagnostic {
+    let directional = lights.iter().filter(|light| matches!(light.kind, LightKind::Directional));
+    let names: Vec<&str> = directional.map(|light| &*light.name).collect();
+    let message = format!("the frame has no directional light \"{name}\", so that nothing casts its shadows");
+    let diagnostic = Diagnostic::warning(codes::NO_CASTING_LIGHT, Place::Nowhere, message);
+    diagnostic.suggest(name, names, None, |names| match names {
+        [] => "the frame has no directional lights".to_owned(),
+        names => format!("it has {}: name one under \"light\"", list_of(&names[..names.len().min(5)])),
+    })
 }
 
 /// Builds the notice that no light casts shadows; `lights` are the lights that could.

@@ -33,8 +33,9 @@ impl CaptureArgument {
     /// # Errors
     /// A message that describes the invalid part.
     pub(crate) fn parse(text: &str) -> Result<Self, String> {
-        let (what, file) =
-            text.split_once('=').ok_or("a capture is RESOURCE[@PASS][:MIP,LAYER,FACE]=FILE")?;
+        let (what, file) = text.split_once('=').ok_or_else(|| {
+            format!("a capture is RESOURCE[@PASS][:MIP,LAYER,FACE]=FILE, such as {text}=capture.png")
+        })?;
         if file.is_empty() {
             return Err("the file is missing behind \"=\"".to_owned());
         }

@@ -33,6 +33,17 @@ impl Switches {
             let names = toggles.iter().map(|toggle| toggle.name.as_str());
             let message = format!("the pipeline \"{}\" has no toggle \"{name}\"", plan.name);
             let diagnostic = Diagnostic::error(codes::UNKNOWN_TOGGLE, Place::Nowhere, message);
+            // A plan decides on its features and parameters; a frame switches toggles alone.
+            let of_plan = [
+                (plan.pipeline.features.contains_key(*name), "feature", "--feature"),
+                (plan.pipeline.parameters.contains_key(*name), "parameter", "--set"),
+            ];
+            if let Some((_, what, option)) = of_plan.iter().find(|(is_one, ..)| *is_one) {
+                let value = if *what == "feature" { "" } else { "=VALUE" };
+                let help = format!("\"{name}\" is a {what}, which the plan decides: {option} {name}{value}");
+                diagnostics.push(diagnostic.help(help));
+                continue;
+            }
             diagnostics.push(diagnostic.suggest(name, names, None, |names| match names {
                 [] => "the pipeline has no toggles".to_owned(),
                 names => format!("the toggles are {}", list_of(names.iter().copied())),

@@ -16,7 +16,7 @@ use umbragraph_pipeline::diagnostic::{Diagnostic, Diagnostics, codes};
 use umbragraph_pipeline::pipeline::{
     Access, Aspect, Located as _, ResourceKind, SubresourceRange, TypedPipeline, Version,
 };
-use umbragraph_pipeline::work::{PassHandle, Work};
+use umbragraph_pipeline::work::{PassHandle, ResourceHandle, Work};
 
 /// One pass's access to a subresource range of a resource.
 #[derive(Clone, Copy, Debug)]
@@ -32,11 +32,14 @@ pub(crate) struct PassAccess<'a> {
 }
 
 /// Returns the accesses of each resource, by resource index and in pass order; equal reads of one pass are listed once.
-/// Reports passes that read a resource while they write it.
+/// Reports passes that read a resource while they write it, once for all rounds of a loop, and adds such resources to
+/// `unclear`: nothing else can be said of their contents.
 pub(crate) fn accesses<'a>(
     pipeline: &'a TypedPipeline,
+    unclear: &mut BTreeSet<ResourceHandle>,
     diagnostics: &mut Diagnostics,
 ) -> Vec<Vec<PassAccess<'a>>> {
+    let mut told = BTreeSet::new();
     let mut accesses: Vec<Vec<PassAccess<'a>>> = vec![Vec::new(); pipeline.resources.len()];
     for handle in pipeline.pass_handles() {
         for (at, one) in pipeline.pass(handle).accesses().iter().enumerate() {
@@ -56,7 +59,11 @@ pub(crate) fn accesses<'a>(
                 // A usage scope counts a buffer as a whole, whichever bytes are bound.
                 let scoped = is_scoped(pipeline, handle, one) && other.writes != one.usage.writes();
                 if writes && !beside && (other.range.overlaps(one.range) || shared || scoped) {
-                    diagnostics.push(feedback(pipeline, handle, other.one, one));
+                    unclear.insert(one.resource);
+                    let of_loop = without_rounds(&pipeline.pass(handle).name);
+                    if told.insert((of_loop, other.one.place, one.place)) {
+                        diagnostics.push(feedback(pipeline, handle, other.one, one));
+                    }
                 }
                 known |= other.range == one.range
                     && other.version == &one.version
@@ -79,6 +86,11 @@ pub(crate) fn accesses<'a>(
         }
     }
     accesses
+}
+
+/// Returns the name of a pass without the rounds of loops: `down` for `down.2`.
+fn without_rounds(name: &str) -> Vec<&str> {
+    name.split('.').filter(|part| !part.starts_with(|first: char| first.is_ascii_digit())).collect()
 }
 
 /// Returns `true` if a render or compute pass accesses a buffer, which WebGPU then tracks as one unit.
@@ -232,7 +244,7 @@ mod tests {
             assembly.pass(&format!("p{at}")).writes_range(texture, range);
         }
         let (pipeline, _) = assembly.finish();
-        let accesses = accesses(&pipeline, &mut Diagnostics::new());
+        let accesses = accesses(&pipeline, &mut BTreeSet::new(), &mut Diagnostics::new());
         let writers = Writers::new(&accesses[0], (0..6).collect());
         let range = SubresourceRange::of(Some(0), Some(1));
         assert_eq!(writers.before(5, range).collect::<Vec<_>>(), [3, 2, 1]);

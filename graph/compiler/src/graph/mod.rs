@@ -21,6 +21,7 @@ pub(crate) mod cycle;
 pub(crate) mod discards;
 pub(crate) mod jagged_array;
 pub(crate) mod later;
+pub(crate) mod misfits;
 pub(crate) mod ready;
 pub(crate) mod writers;
 

@@ -17,6 +17,7 @@ use crate::resources::resolved::TextureProperties;
 use crate::schedule::cull::single_layer;
 use umbragraph_pipeline::diagnostic::{Diagnostic, codes};
 use umbragraph_pipeline::language::Lifetime;
+use umbragraph_pipeline::language::format_name;
 use umbragraph_pipeline::pipeline::{Located as _, SubresourceRange, canonical};
 use umbragraph_pipeline::shader::{ScalarKind, Stage};
 use umbragraph_pipeline::work::{Attachment, LoadOperation, PassHandle, RenderWork};
@@ -118,8 +119,11 @@ impl Planner<'_> {
                     }
                     Some(output) if output.kind != wanted => {
                         format!(
-                            "writes another type to @location({location}) than \"{}\" has",
-                            attachment.resource
+                            "writes {} to @location({location}), but \"{}\" is {}, which takes {}",
+                            scalar_name(output.kind),
+                            attachment.resource,
+                            format_name(format),
+                            scalar_name(wanted)
                         )
                     }
                     Some(output) if output.components < u32::from(format.components()) => {
@@ -157,6 +161,16 @@ impl Planner<'_> {
             .pass(handle)
             .error(codes::ATTACHMENTS, format!("{template} {error}"))
             .help("the outputs of the fragment shader and the color attachments match one to one")
+    }
+}
+
+/// The name of a scalar kind in WGSL.
+fn scalar_name(kind: ScalarKind) -> &'static str {
+    match kind {
+        ScalarKind::Uint => "u32",
+        ScalarKind::Sint => "i32",
+        ScalarKind::Bool => "bool",
+        _ => "f32",
     }
 }
 

@@ -228,8 +228,10 @@ impl Rules<'_> {
                 }
                 let min = binding.block.as_ref().map_or(0, |block| u64::from(block.size()));
                 if bytes < min {
-                    let message = format!("{}, \"{}\" has {min}", bound(), slot.name);
-                    return reject(message, "bind at least what the shader declares");
+                    let message =
+                        format!("{}, but \"{}\" of {} has {min}", bound(), slot.name, program.template);
+                    let help = format!("give \"{name}\" at least {min} bytes, or bind a larger range of it");
+                    return reject(message, &help);
                 }
                 if matches!(ty, BufferBindingType::Storage { .. }) && bytes % 4 != 0 {
                     return reject(bound(), "storage bindings have a multiple of 4 bytes");
@@ -277,8 +279,14 @@ impl Rules<'_> {
             return Some(self.reject(target.resource, message, help));
         }
         if from.format != to.format {
-            let message = format!("\"{a}\" and \"{b}\" differ in format");
-            return Some(self.reject(target.resource, message, "resolving changes no format"));
+            let names = [from.format, to.format].map(|format| format.map(format_name).unwrap_or_default());
+            let message =
+                format!("\"{a}\" is {}, \"{b}\" is {}: resolving changes no format", names[0], names[1]);
+            return Some(self.reject(
+                target.resource,
+                message,
+                &format!("give \"{a}\" the format {}", names[1]),
+            ));
         }
         let side = |length: u32, mip: u32| (length >> mip.min(31)).max(1);
         let extent = |size: TextureSize, mip| [side(size.width, mip), side(size.height, mip)];

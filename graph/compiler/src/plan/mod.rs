@@ -35,6 +35,7 @@ use crate::schedule::merge::Merger;
 use crate::schedule::order;
 use crate::values::settings;
 use umbragraph_pipeline::diagnostic::{Diagnostic, Diagnostics, Place, codes};
+use umbragraph_pipeline::language::Lifetime;
 use umbragraph_pipeline::pipeline::TypedPipeline;
 use umbragraph_pipeline::source::Sources;
 use umbragraph_pipeline::work::PassHandle;
@@ -149,9 +150,16 @@ pub(crate) fn check(live: LiveResources<'_, '_>, diagnostics: &mut Vec<Diagnosti
 fn no_output(pipeline: &TypedPipeline) -> Diagnostic {
     let place = pipeline.passes[0].place;
     let message = format!("nothing comes out of \"{}\": every pass is culled", pipeline.name);
-    Diagnostic::error(codes::NO_OUTPUT, place, message).pointer("/passes").help(
-        "let a pass write a resource with \"lifetime\": \"imported\", or give one \"side_effect\": true",
-    )
+    let imported = pipeline.resources.iter().find(|one| one.lifetime() == Lifetime::Imported);
+    let diagnostic = Diagnostic::error(codes::NO_OUTPUT, place, message).pointer("/passes");
+    match imported {
+        Some(output) => diagnostic
+            .related(output.place, "the output, which no pass writes")
+            .help(format!("let a pass write \"{}\", which is \"lifetime\": \"imported\"", output.name)),
+        None => diagnostic.help(
+            "let a pass write a resource with \"lifetime\": \"imported\", or give one \"side_effect\": true",
+        ),
+    }
 }
 
 /// Returns the draw filters of passes that draw the host's meshes, by the name of the geometry contract.

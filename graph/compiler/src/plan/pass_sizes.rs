@@ -11,7 +11,7 @@ use crate::values::settings::{self, Bound, PlannedSetting};
 use crate::work::copies;
 use crate::work::dispatch;
 use crate::work::drawn_buffers::{Counted, DrawnBuffer};
-use umbragraph_pipeline::diagnostic::{Diagnostic, codes};
+use umbragraph_pipeline::diagnostic::{Diagnostic, codes, counted};
 use umbragraph_pipeline::pipeline::{Access, ResourceKind};
 use umbragraph_pipeline::work::{
     AttachmentTarget, Dispatch, Draw, DrawCounts, PassHandle, Redraw, RenderWork, SceneDraw, Work,
@@ -107,8 +107,11 @@ impl ResolvedResources<'_> {
             match first {
                 None => first = Some((attachment, own)),
                 Some((other, wanted)) if wanted != own => {
-                    let words =
-                        |size: [u32; 3]| format!("{} by {} with {} samples", size[0], size[1], size[2]);
+                    // A size that both have is not said.
+                    let words = |size: [u32; 3]| match own[..2] == wanted[..2] {
+                        true => format!("a texture with {}", counted(size[2] as usize, "sample")),
+                        false => format!("{} by {} with {} samples", size[0], size[1], size[2]),
+                    };
                     let message = format!(
                         "\"{}\" is {}, but \"{}\" of the same pass is {}",
                         attachment.resource,
@@ -116,7 +119,10 @@ impl ResolvedResources<'_> {
                         other.resource,
                         words(wanted)
                     );
-                    let help = "attachments of one pass have one size and sample count";
+                    let help = match own[..2] == wanted[..2] {
+                        true => "give the attachments of one pass the same \"samples\"",
+                        false => "attachments of one pass have one size and sample count",
+                    };
                     diagnostics.push(self.reject(handle, attachment, message, help));
                 }
                 Some(_) => {}

@@ -206,10 +206,23 @@ impl<'a> Sizes<'a> {
                         return Some(value as u32);
                     }
                     let message = format!("the {what} of \"{}\" is {value}", resource.name);
-                    let help =
-                        format!("1 to {limit} are possible on the profile {}", self.pipeline.profile.name);
+                    let help = match what {
+                        "mip count" => format!("{width} by {height} texels have up to {limit} mips"),
+                        "sample count" => "1 and 4 are possible".to_owned(),
+                        "width" | "height" if value < 1.0 => {
+                            "a side is at least one texel, as in \"=max(viewport.width / 4, 1)\"".to_owned()
+                        }
+                        _ => {
+                            format!("1 to {limit} are possible on the profile {}", self.pipeline.profile.name)
+                        }
+                    };
                     self.reject_at(codes::SIZE_LIMIT, resource, pointer, message, &help)
                 };
+                if *width < 1.0 && *height < 1.0 {
+                    let message = format!("the size of \"{}\" is {width} by {height}", resource.name);
+                    let help = "a side is at least one texel, as in \"=max(viewport.width / 4, 1)\"";
+                    return self.reject_at(codes::SIZE_LIMIT, resource, "/texture/size", message, help);
+                }
                 let width_whole = whole(*width, side, "width", "/texture/size");
                 let height_whole = whole(*height, side, "height", "/texture/size");
                 let optional = |expr: &'a Option<Expr>, limit: u32, what: &str, pointer: &str| match expr {

@@ -64,7 +64,7 @@ pub(crate) fn beyond(pipeline: &TypedPipeline, sizes: &Sizes<'_>) -> Vec<(PassHa
     for (handle, pass) in pipeline.pass_handles().zip(&pipeline.passes) {
         for one in pass.accesses().iter().filter(|one| one.range != SubresourceRange::WHOLE) {
             let bytes = bytes_beyond(pipeline, sizes, one).into_iter();
-            let diagnostics = bytes.chain(subresources_beyond(pipeline, sizes, one));
+            let diagnostics = bytes.chain(subresources_beyond(pipeline, sizes, handle, one));
             found.extend(diagnostics.map(|diagnostic| (handle, diagnostic)));
         }
     }
@@ -84,7 +84,12 @@ fn bytes_beyond(pipeline: &TypedPipeline, sizes: &Sizes<'_>, one: &Access) -> Op
     Some(diagnostic.help("choose \"offset\" and \"size\" within the buffer, or make it larger"))
 }
 
-fn subresources_beyond(pipeline: &TypedPipeline, sizes: &Sizes<'_>, one: &Access) -> Vec<Diagnostic> {
+fn subresources_beyond(
+    pipeline: &TypedPipeline,
+    sizes: &Sizes<'_>,
+    pass: PassHandle,
+    one: &Access,
+) -> Vec<Diagnostic> {
     let resource = pipeline.resource(one.resource);
     let (Some(texture), Some(size)) = (resource.texture(), sizes.texture(one.resource)) else {
         return Vec::new();
@@ -101,7 +106,20 @@ fn subresources_beyond(pipeline: &TypedPipeline, sizes: &Sizes<'_>, one: &Access
             1 => format!("\"{}\" has no {what} {first}", resource.name),
             _ => format!("\"{}\" has no {what}s {first} to {last}", resource.name),
         };
-        Some(one.error(codes::ATTACHMENTS, message).help(format!("it has {count}, counted from 0")))
+        let round = pipeline.pass(pass).name.clone();
+        let help = match (count, what) {
+            (1, "layer") => format!(
+                "it has one, layer 0: leave \"layer\" out, or give the texture \"layers\": {}",
+                run.end()
+            ),
+            (1, _) => {
+                format!("it has one, mip 0: leave \"mip\" out, or give the texture \"mips\": {}", run.end())
+            }
+            _ => format!("it has {count}, counted from 0: {what} 0 to {what} {}", count - 1),
+        };
+        let is_round = round.split('.').any(|part| part.starts_with(|first: char| first.is_ascii_digit()));
+        let message = if is_round { format!("{message}, in \"{round}\"") } else { message };
+        Some(one.error(codes::ATTACHMENTS, message).related(resource.place, "declared here").help(help))
     });
     beyond.collect()
 }

@@ -256,7 +256,11 @@ impl Copies<'_, '_> {
                 let (own, wanted) =
                     (words(own, source.size.samples), words(wanted, destination.size.samples));
                 let message = format!("\"{a}\" is {own}, \"{b}\" is {wanted}");
-                let help = "a copy joins subresource ranges of one size; choose mip, layer and extent";
+                let help = if source.size.samples == destination.size.samples {
+                    "a copy joins subresource ranges of one size; choose mip, layer and extent"
+                } else {
+                    "a copy keeps the number of samples: give both textures the same \"samples\", or resolve"
+                };
                 return self.reject(to.texture.resource, true, message, help);
             }
             // wgpu 30 copies only the first of several layers to or from a volume.

@@ -42,19 +42,37 @@ pub(crate) fn workgroups(
         }
         Dispatch::Workgroups(expressions) => {
             let mut counts = [0; 3];
+            let mut zero = None;
             for (count, Live { value: deferred, .. }) in counts.iter_mut().zip(expressions) {
                 let value = resolved.sizes.value(deferred)?;
                 let found = self::count(&value, limit).map_err(|diagnostic| {
                     diagnostics.push(diagnostic.at(deferred.place, &deferred.pointer));
                 });
                 *count = found.ok()?;
+                zero = zero.or((*count == 0).then_some(deferred));
+            }
+            // A parameter of the frame may make it more than none.
+            let is_fixed = expressions.iter().all(|Live { setting, .. }| setting.is_none());
+            if let Some(deferred) = zero.filter(|_| is_fixed) {
+                let name = &pipeline.pass(handle).name;
+                let message = format!("{counts:?} workgroups are none: \"{name}\" runs nothing");
+                let help = "round up, as in \"=ceil(viewport.width / 8)\"; or say \"when\", for frames without the pass";
+                let warning = Diagnostic::warning(codes::DISPATCH, deferred.place, message);
+                diagnostics.push(warning.pointer(&deferred.pointer).help(help));
             }
             counts
         }
     };
     if counts.iter().any(|count| *count > limit) {
         let message = format!("{counts:?} workgroups are too many");
-        let help = format!("the profile {} allows {limit} in each direction", pipeline.profile.name);
+        let profile = &pipeline.profile.name;
+        let help = match limit {
+            0 => format!(
+                "the profile {profile} has no compute shaders: give the pass a \"when\" with a feature that has \
+                 \"required_limits\", or leave the profile out"
+            ),
+            _ => format!("the profile {profile} allows {limit} in each direction"),
+        };
         diagnostics.push(pipeline.pass(handle).error(codes::DISPATCH, message).help(help));
         return None;
     }

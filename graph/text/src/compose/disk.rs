@@ -13,7 +13,7 @@ use std::path::{Component, Path, PathBuf};
 
 use super::files::{DOCUMENTS, Files, add_bytes, meant_among, too_large, with_meant};
 use super::roots::Roots;
-use crate::diagnostic::{Diagnostic, codes};
+use crate::diagnostic::{DID_YOU_MEAN, Diagnostic, codes, suggested_name};
 use crate::source::{FileId, MAX_FILE_BYTES, Sources};
 
 /// A source of files on disk that only reads files below its root folders.
@@ -65,11 +65,23 @@ pub fn files_below(folder: &Path, ends: &[&str]) -> Result<Vec<(String, PathBuf)
     let mut files = Vec::new();
     collect((folder, String::new()), ends, &mut files, 0).map_err(|(name, error)| {
         let message = format!("the folder \"{name}\" cannot be read: {error}");
-        Diagnostic::in_file(codes::FILE_UNREADABLE, name, "", message)
-            .help("paths are relative to the current folder")
+        let help = folder_beside(Path::new(&name))
+            .map(|meant| format!("{DID_YOU_MEAN} \"{meant}\", which lies beside it?"))
+            .unwrap_or_else(|| "paths are relative to the current folder".to_owned());
+        Diagnostic::in_file(codes::FILE_UNREADABLE, name, "", message).help(help)
     })?;
     files.sort();
     Ok(files)
+}
+
+/// Returns the name of the folder beside a missing one that is most like it; `None` if the folder exists, or if no name
+/// is similar.
+fn folder_beside(folder: &Path) -> Option<String> {
+    let wanted = folder.file_name()?.to_str()?;
+    let entries = std::fs::read_dir(folder_of(folder)).ok().filter(|_| !folder.exists())?.take(MAX_BESIDE);
+    let folders = entries.flatten().filter(|entry| entry.path().is_dir());
+    let names: Vec<String> = folders.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
+    suggested_name(wanted, names.iter().map(String::as_str)).map(str::to_owned)
 }
 
 fn collect(
@@ -210,9 +222,12 @@ pub fn unreadable(name: &str, error: &std::io::Error) -> Diagnostic {
         std::io::ErrorKind::PermissionDenied => "permission is denied".to_owned(),
         _ => error.to_string(),
     };
+    let help = match reason.as_str() {
+        "it is a folder" => format!("name the files in it, such as {}/*.json", name.trim_end_matches('/')),
+        _ => "paths are relative to the current folder".to_owned(),
+    };
     let message = format!("the file \"{name}\" cannot be read: {reason}");
-    Diagnostic::in_file(codes::FILE_UNREADABLE, name, "", message)
-        .help("paths are relative to the current folder")
+    Diagnostic::in_file(codes::FILE_UNREADABLE, name, "", message).help(help)
 }
 
 #[cfg(test)]

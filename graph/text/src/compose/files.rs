@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use crate::diagnostic::{DID_YOU_MEAN, Diagnostic, Diagnostics, codes, suggested_name};
+use crate::diagnostic::{DID_YOU_MEAN, Diagnostic, Diagnostics, begun, codes, suggested_name};
 use crate::document::{self, Document};
 use crate::source::{FileId, MAX_FILE_BYTES, Sources, Span};
 
@@ -74,7 +74,9 @@ pub(super) fn meant_among<'n>(
     let known: BTreeMap<&str, &str> = names.filter_map(|name| Some((stem(name)?, name))).collect();
     let wanted = path.file_name()?.to_str()?;
     let wanted = ends.iter().find_map(|end| wanted.strip_suffix(end)).unwrap_or(wanted);
-    let meant = known.get(suggested_name(wanted, known.keys().copied())?)?;
+    let names: Vec<&str> = known.keys().copied().collect();
+    let meant =
+        known.get(suggested_name(wanted, names.iter().copied()).or_else(|| begun(wanted, &names))?)?;
     Some(format!("{DID_YOU_MEAN} \"{meant}\", which lies beside it?"))
 }
 

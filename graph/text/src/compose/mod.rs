@@ -314,8 +314,11 @@ impl Composer<'_> {
         let path = path_in(self.files, from.parent().unwrap_or_else(|| Path::new("")), name);
         if let Some(at) = self.chain.iter().position(|(known, _)| normalize(known) == path) {
             let diagnostic =
-                Diagnostic::error(codes::FILE_CYCLE, place, format!("\"{name}\" leads back to itself"))
-                    .help("take what both need into a third file");
+                Diagnostic::error(codes::FILE_CYCLE, place, format!("\"{name}\" leads back to itself"));
+            let diagnostic = diagnostic.help(match self.chain.len() - at {
+                1 => "remove it: this is the file itself",
+                _ => "take what both need into a third file",
+            });
             let way = self.chain[at..].iter().filter_map(|(_, place)| *place);
             self.diagnostics.push(way.fold(diagnostic, |error, place| error.related(place, "on the way")));
             return None;

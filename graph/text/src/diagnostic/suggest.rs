@@ -78,7 +78,7 @@ impl Diagnostic {
 
 /// Returns the known name that `name` is a prefix of, such as `rgba16float` for `rgba16f`; `None` if there is none or
 /// more than one.
-fn begun<'a>(name: &str, known: &[&'a str]) -> Option<&'a str> {
+pub(crate) fn begun<'a>(name: &str, known: &[&'a str]) -> Option<&'a str> {
     if name.len() < MIN_BEGUN {
         return None;
     }

@@ -68,6 +68,15 @@ impl Signs {
             _ => format!("{wanted} is wanted here, this is the word \"{text}\""),
         };
         let diagnostic = Diagnostic::error(code, value.span, message);
+        if let (Self::Expression, Written::Reference(_)) = (self, Written::of(text)) {
+            return Some(diagnostic.help("write a number, or an expression, which begins with \"=\""));
+        }
+        let is_color =
+            |rest: &str| matches!(rest.len(), 3 | 4 | 6 | 8) && u32::from_str_radix(rest, 16).is_ok();
+        if text.strip_prefix('#').is_some_and(is_color) {
+            let help = "a color is [red, green, blue, alpha], each from 0 to 1, such as [0, 0, 0, 1]";
+            return Some(diagnostic.help(help));
+        }
         let is_one = match self {
             Self::Expression => parse(text).is_ok(),
             Self::Reference => {
@@ -112,7 +121,7 @@ mod tests {
         assert_eq!(fix(Signs::Reference, "maps_{level}"), None);
         let (message, fix) = checked(Signs::Expression, "&maps").unwrap();
         assert_eq!(message, "an expression is wanted here, this is the reference \"&maps\"");
-        assert_eq!(fix.as_deref(), Some("\"=&maps\""));
+        assert_eq!(fix, None);
         for (signs, text) in
             [(Signs::Expression, "=1"), (Signs::Reference, "&a"), (Signs::Reference, "=a ? &b : &c")]
         {

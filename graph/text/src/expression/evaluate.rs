@@ -92,8 +92,11 @@ pub fn evaluate(expression: &Expression, scope: &dyn Scope) -> Result<Value, Exp
                 return Err(type_error(list.range.clone(), "only a list has elements"));
             };
             if at.fract() != 0.0 || at < 0.0 || at >= elements.len() as f64 {
-                let message = format!("the list has {} elements, and no element {at}", elements.len());
-                return Err(arithmetic(index.range.clone(), message));
+                let name = match &list.kind {
+                    ExpressionKind::Name(name) => Some(name),
+                    _ => None,
+                };
+                return Err(without_element(name, elements.len(), at, range(), index.range.clone()));
             }
             Ok(elements[at as usize].clone())
         }
@@ -143,6 +146,28 @@ pub fn evaluate_into(
             Ok(std::mem::replace(to, value) != *to)
         }
     }
+}
+
+/// The error for an index `at` that a list does not have. `name` is the name of the list, if it has one.
+fn without_element(
+    name: Option<&String>,
+    count: usize,
+    at: f64,
+    range: Range<usize>,
+    index: Range<usize>,
+) -> ExpressionError {
+    let Some(name) = name else {
+        return arithmetic(index, format!("the list has {count} elements, and no element {at}"));
+    };
+    let message = format!("\"{name}\" has {count} elements, and no element {at}");
+    let help = match count.checked_sub(1) {
+        None => "the list is empty: guard the index with len(list) > 0".to_owned(),
+        Some(0) => format!("its one element is {name}[0]"),
+        Some(last) => {
+            format!("its elements are {name}[0] to {name}[{last}]; the last is {name}[len({name}) - 1]")
+        }
+    };
+    ExpressionError { help: Some(help), ..arithmetic(range, message) }
 }
 
 /// Returns the reference to the version of a resource that iteration `at` (from 0) of a loop wrote.

@@ -34,7 +34,9 @@ pub fn parse_from(text: &str, at: usize) -> Result<Expression, ExpressionError> 
     let expression = parser.conditional()?;
     parser.blank();
     if parser.at < text.len() {
-        return Err(syntax(parser.at..text.len(), "the expression should end here"));
+        return Err(parser
+            .foreign()
+            .unwrap_or_else(|| syntax(parser.at..text.len(), "the expression should end here")));
     }
     Ok(expression)
 }
@@ -286,7 +288,43 @@ impl Parser<'_> {
         self.at += rest.len() - rest.trim_start().len();
     }
 
+    /// The error for an operator of another language at this point, with the one of this language as help text.
+    fn foreign(&self) -> Option<ExpressionError> {
+        let (before, rest) = self.text.split_at_checked(self.at)?;
+        let error = |range: Range<usize>, help: &str| {
+            let message = format!("\"{}\" is no operator", &self.text[range.clone()]);
+            ExpressionError { help: Some(help.to_owned()), ..syntax(range, message) }
+        };
+        for (word, help) in [("and", "write &&"), ("or", "write ||")] {
+            let is_word = |rest: &str| !rest.starts_with(|c: char| c.is_ascii_alphanumeric() || c == '_');
+            if rest.strip_prefix(word).is_some_and(is_word) {
+                return Some(error(self.at..self.at + word.len(), help));
+            }
+        }
+        let head = before.trim_end();
+        let is_not = !rest.is_empty()
+            && head.strip_suffix("not").is_some_and(|head| {
+                !head.ends_with(|c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '.' | '&' | '@'))
+            });
+        if is_not {
+            return Some(error(head.len() - 3..head.len(), "write ! before the condition"));
+        }
+        if rest.starts_with('*') && head.ends_with('*') {
+            return Some(error(head.len() - 1..self.at + 1, "there is no power: multiply, as in x * x"));
+        }
+        let help = match rest.get(..2) {
+            Some("=>") => "write >=",
+            Some("=<") => "write <=",
+            _ => "write == to compare",
+        };
+        let length = if help.ends_with("= to compare") { 1 } else { 2 };
+        rest.starts_with('=').then(|| error(self.at..self.at + length, help))
+    }
+
     fn expected(&self, what: &str) -> ExpressionError {
+        if let Some(error) = self.foreign() {
+            return error;
+        }
         let end = self.text[self.at..].chars().next().map_or(self.at, |c| self.at + c.len_utf8());
         let found =
             if self.at == end { "the end".to_owned() } else { format!("\"{}\"", &self.text[self.at..end]) };

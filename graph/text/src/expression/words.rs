@@ -12,7 +12,7 @@ use super::{
 use crate::diagnostic::list_of;
 
 /// Returns an error for the first string literal that is compared with an enumeration but is not one of the
-/// enumeration's words; `None` if there is none. The expression must be as written: names replaced by their values
+/// enumeration's words, or for a word without its quotes; `None` if there is neither. The expression must be as written: names replaced by their values
 /// would be mistaken for literals.
 pub fn unknown_word(expression: &Expression, scope: &dyn Scope) -> Option<ExpressionError> {
     let own = match &expression.kind {
@@ -40,6 +40,14 @@ fn compared(named: &Expression, with: &Expression, scope: &dyn Scope) -> Option<
                 is_complete: true,
             })),
         }),
+        ExpressionKind::Name(word)
+            if words.contains(word) && scope.lookup(word).is_none() && !scope.is_broken(word) =>
+        {
+            let message = format!("there is no \"{word}\"");
+            let help = format!("a word of \"{name}\" stands in single quotes: '{word}'");
+            let error = ExpressionError::new(ErrorKind::UnknownName, with.range.clone(), message);
+            Some(ExpressionError { help: Some(help), ..error })
+        }
         ExpressionKind::Conditional(_, yes, no) => {
             compared(named, yes, scope).or_else(|| compared(named, no, scope))
         }
@@ -87,6 +95,7 @@ mod tests {
         for text in wrong {
             assert_eq!(found(text), Some("tow"), "{text}");
         }
+        assert_eq!(found("mode == two"), Some("two"));
         for text in ["mode == 'two'", "'one' != mode", "other == 'tow'", "mode == other", "mode == 2"] {
             assert_eq!(found(text), None, "{text}");
         }

@@ -71,7 +71,7 @@ pub(crate) const TARGETS: &[Target] = &[
         name: "cameras",
         about: "files of camera paths with pieces changed: a camera that can be used at each time, or an error",
         kind: Kind::Function(cameras::cameras),
-        files: &["front/camera_path.rs"],
+        files: &["front/camera_keys.rs", "front/camera_path.rs"],
         aim: 100_000,
     },
     Target {

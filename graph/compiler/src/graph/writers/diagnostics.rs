@@ -12,10 +12,21 @@ use umbragraph_pipeline::work::ResourceHandle;
 const SHOWN: usize = 32;
 
 impl Builder<'_> {
-    pub(super) fn report_cycles(&self, diagnostics: &mut Diagnostics) {
+    pub(super) fn report_cycles(&mut self, diagnostics: &mut Diagnostics) {
         let edges: Vec<Vec<usize>> =
             self.next.iter().map(|list| list.iter().map(|(to, _)| to.index()).collect()).collect();
         for members in cycle::shortest(&edges) {
+            let steps = members.iter().zip(members.iter().cycle().skip(1));
+            let mut resources = steps.clone().filter_map(|(from, to)| match self.via(*from, *to)? {
+                Via::Order(Hazard::Explicit) => None,
+                Via::Data(one) | Via::Order(Hazard::WriteAfterRead(one) | Hazard::WriteAfterWrite(one)) => {
+                    Some(one)
+                }
+            });
+            let unclear = resources.find(|one| self.unclear.contains(one));
+            if unclear.is_some_and(|resource| self.leaves_out(resource)) {
+                continue;
+            }
             let first = &self.pipeline.passes[members[0]];
             let mut names: Vec<String> = members
                 .iter()
@@ -26,7 +37,6 @@ impl Builder<'_> {
                 names.push(format!("and {} more", members.len() - SHOWN));
             }
             let message = format!("the passes {} wait for one another", names.join(", "));
-            let steps = members.iter().zip(members.iter().cycle().skip(1));
             let is_explicit = |(from, to): (&usize, &usize)| {
                 matches!(self.via(*from, *to), Some(Via::Order(Hazard::Explicit)))
             };
@@ -70,8 +80,33 @@ pub(super) fn never_written(
     resource: ResourceHandle,
     reader: &PassAccess<'_>,
     list: &[PassAccess<'_>],
+    behind: Option<&PassAccess<'_>>,
 ) -> Diagnostic {
     let known = pipeline.resource(resource);
+    if let Some(writer) = behind.filter(|writer| pipeline.pass(writer.pass).after.contains(&reader.pass)) {
+        let (reads, writes) = (&pipeline.pass(reader.pass).name, pipeline.pass(writer.pass));
+        let message = format!(
+            "\"{}\" is to run after \"{reads}\", but \"{reads}\" reads \"{}\", which \"{}\" writes",
+            writes.name, known.name, writes.name
+        );
+        let help = format!(
+            "remove \"{reads}\" from \"after\" of \"{}\", or let it read another resource",
+            writes.name
+        );
+        let diagnostic = writes.error(codes::CYCLE, message);
+        return diagnostic.related(reader.one.place, format!("\"{reads}\" reads it here")).help(help);
+    }
+    let scene = pipeline.pass(reader.pass).work().scene();
+    if reader.writes && reader.one.usage.is_depth() && scene.is_some_and(|scene| scene.redraw.is_some()) {
+        let message = format!(
+            "\"{}\" keeps views from frame to frame (\"redraw\": \"changed\"), but \"{}\" lasts for one frame",
+            pipeline.pass(reader.pass).name,
+            known.name
+        );
+        let diagnostic =
+            reader.one.error(codes::NEVER_WRITTEN, message).related(known.place, "declared here");
+        return diagnostic.help(format!("add \"lifetime\": \"persistent\" to \"{}\"", known.name));
+    }
     let verb = if reader.writes { "loads" } else { "reads" };
     let message = format!(
         "\"{}\" {verb} \"{}\", which nothing writes before",

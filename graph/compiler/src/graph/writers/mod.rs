@@ -43,6 +43,10 @@ enum Via {
 pub(crate) struct Builder<'a> {
     pipeline: &'a TypedPipeline,
     accesses: &'a [Vec<PassAccess<'a>>],
+    /// The resources whose accesses have an error, from which diagnostics about contents and order would only follow.
+    unclear: BTreeSet<ResourceHandle>,
+    /// The resources of `unclear` about which a diagnostic was left out.
+    pub(crate) untold: BTreeSet<ResourceHandle>,
     /// The successors of each pass, by pass index, each with the reason.
     next: Vec<SmallVec<[(PassHandle, Via); 4]>>,
     /// The reads of each pass, by pass index: a resource, and the rank of the writer whose version is read.
@@ -63,11 +67,17 @@ pub(crate) struct Builder<'a> {
 
 impl<'a> Builder<'a> {
     /// Starts a graph with only the edges that `after` declares.
-    pub(crate) fn new(pipeline: &'a TypedPipeline, accesses: &'a [Vec<PassAccess<'a>>]) -> Self {
+    pub(crate) fn new(
+        pipeline: &'a TypedPipeline,
+        accesses: &'a [Vec<PassAccess<'a>>],
+        unclear: BTreeSet<ResourceHandle>,
+    ) -> Self {
         let count = pipeline.passes.len();
         let mut builder = Self {
             pipeline,
             accesses,
+            unclear,
+            untold: BTreeSet::new(),
             next: vec![SmallVec::new(); count],
             reads: vec![SmallVec::new(); count],
             ordered: accesses.iter().map(|_| None).collect(),
@@ -126,6 +136,9 @@ impl<'a> Builder<'a> {
             return false;
         }
         for resource in &waiting {
+            if self.leaves_out(*resource) {
+                continue;
+            }
             if let Err((first, second)) = self.order_writers(*resource, true) {
                 let list = &self.accesses[resource.index()];
                 let (first, second) = (&list[first], &list[second]);
@@ -136,6 +149,15 @@ impl<'a> Builder<'a> {
             }
         }
         waiting.is_empty()
+    }
+
+    /// Returns `true` if a diagnostic about a resource would only follow from another one, and notes that.
+    fn leaves_out(&mut self, resource: ResourceHandle) -> bool {
+        let is_unclear = self.unclear.contains(&resource);
+        if is_unclear {
+            self.untold.insert(resource);
+        }
+        is_unclear
     }
 
     fn add(&mut self, from: PassHandle, to: PassHandle, via: Via) {

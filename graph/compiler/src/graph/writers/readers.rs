@@ -211,8 +211,14 @@ impl Builder<'_> {
         } else {
             if !written {
                 // Data that nobody publishes has its diagnostic from the load.
-                if !matches!(pipeline.resource(resource).kind, ResourceKind::Data(None)) {
-                    diagnostics.push(never_written(pipeline, resource, reader, list));
+                if !matches!(pipeline.resource(resource).kind, ResourceKind::Data(None))
+                    && !self.leaves_out(resource)
+                {
+                    let behind = writers.after(later.start(), reader.range).filter(|rank| later.has(*rank));
+                    let behind = behind
+                        .map(|rank| &list[writers.list[rank]])
+                        .find(|writer| writer.pass != reader.pass && writer.range.overlaps(reader.range));
+                    diagnostics.push(never_written(pipeline, resource, reader, list, behind));
                 }
             } else if let Some((rank, condition)) = missing {
                 let writer = &list[writers.list[rank]];

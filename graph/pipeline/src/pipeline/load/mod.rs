@@ -36,6 +36,7 @@ use crate::pipeline::load::settings::Settings;
 use crate::pipeline::load::sound::{Broken, Sound};
 use crate::pipeline::load::versions::{check_versions, name_last_writers, uncertain};
 use crate::pipeline::pass::Pass;
+use crate::pipeline::settings::kinds;
 use crate::pipeline::settings::overrides::Overrides;
 use crate::pipeline::state::programs::Programs;
 use crate::pipeline::state::shared::Shared;
@@ -92,8 +93,10 @@ pub fn load(
     if is_hopeless {
         return None;
     }
-    let sound = Sound::decode(document, &broken)?;
+    let mut sound = Sound::decode(document, &broken)?;
     claimed_profiles(document, diagnostics);
+    let (parameters, features) = (&mut sound.parameters, &mut sound.features);
+    kinds::remove_contradictions(document, parameters, features, diagnostics);
     let settings = Settings::choose(document, &sound, &broken, overrides, profile, diagnostics);
     let constraints = constraints::check(document, &sound, &settings, diagnostics);
     let toggles = toggles::toggles(document, &sound.toggles, diagnostics);

@@ -233,8 +233,13 @@ impl PassthroughCheck<'_> {
                 return Ok(None);
             }
             let message = format!("\"{}\" does not write \"{}\"", self.declaration.name, known.name);
-            let help = "a passthrough names what the pass writes, and what readers see instead";
-            return Err(self.reject(key, message, help));
+            let accesses = self.members().flat_map(Pass::accesses).filter(|one| one.usage.writes());
+            let names = accesses.map(|one| self.shared.resources[one.resource.index()].name.as_str());
+            let written: BTreeSet<&str> = names.collect();
+            let written = if written.is_empty() { "nothing".to_owned() } else { list_of(written) };
+            let help =
+                format!("a passthrough names what the pass writes ({written}), and what readers see instead");
+            return Err(self.reject(key, message, &help));
         };
         // An unknown toggle has a diagnostic already.
         let Some(condition) = writer.condition else { return Ok(None) };

@@ -45,6 +45,9 @@ fn with_formats(document: &Document, diagnostics: Diagnostics) -> Diagnostics {
 fn with_declared(document: &Document, diagnostic: Diagnostic) -> Diagnostic {
     let pointer = diagnostic.pointer.clone();
     let way: Vec<&str> = pointer.split('/').collect();
+    if let ["", "passes", name, _] = way[..] {
+        return with_pass_below(document, name, diagnostic);
+    }
     let ["", section @ ("parameters" | "features"), name] = way[..] else { return diagnostic };
     if diagnostic.code != codes::MISSING_KEY {
         return diagnostic;
@@ -77,6 +80,23 @@ fn with_declared(document: &Document, diagnostic: Diagnostic) -> Diagnostic {
             diagnostic.help(format!("theirs are {}; a new one says its \"type\"", list_of(of_files_below)))
         }
     }
+}
+
+/// Improves the diagnostic for a pass whose settings lack a key, if a file below has a pass of nearly the same name:
+/// the pass may be meant to change that one.
+fn with_pass_below(document: &Document, name: &str, diagnostic: Diagnostic) -> Diagnostic {
+    let entries = document.root.entries_of("passes");
+    let own = entries.iter().find(|entry| entry.key == name);
+    let (Some(own), codes::MISSING_KEY) = (own, diagnostic.code) else { return diagnostic };
+    let is_below = |entry: &&Entry| entry.key_span.file != own.key_span.file;
+    let below = entries.iter().filter(is_below).map(|entry| entry.key.as_str());
+    let Some(meant) = suggested_name(name, below) else { return diagnostic };
+    let place = diagnostic.place.clone();
+    let missing = diagnostic.message.clone();
+    let mut diagnostic = diagnostic;
+    diagnostic.message = format!("\"{name}\" is a new pass, and {missing}");
+    diagnostic.place = own.key_span.into();
+    diagnostic.related(place, missing).help(format!("did you mean \"{meant}\", which the file below has?"))
 }
 
 /// Returns `true` if a JSON pointer leads to the format of a texture, or to one of its format candidates.

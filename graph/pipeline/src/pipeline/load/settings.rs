@@ -35,28 +35,16 @@ impl Settings {
     ) -> Self {
         let entries = || section(document, "parameters").iter().chain(section(document, "features"));
         diagnostics.extend(entries().filter_map(name_diagnostic));
-        setting::unknown(&sound.parameters, &sound.features, overrides, diagnostics);
+        setting::unknown(&sound.parameters, &sound.features, document, overrides, diagnostics);
         let parameters = setting::parameters(
             &sound.parameters,
             section(document, "parameters"),
             &overrides.parameters,
             diagnostics,
         );
-        let features = setting::features(
-            &sound.features,
-            section(document, "features"),
-            section(document, "presets"),
-            &overrides.features,
-            profile,
-            diagnostics,
-        );
-        preset::check(
-            section(document, "presets"),
-            &sound.parameters,
-            &sound.features,
-            overrides,
-            diagnostics,
-        );
+        let features =
+            setting::features(&sound.features, document, &overrides.features, profile, diagnostics);
+        preset::check(document, &sound.parameters, &sound.features, overrides, diagnostics);
         check_twins(document, diagnostics);
         let mut broken: BTreeSet<String> = entries()
             .map(|entry| entry.key.clone())

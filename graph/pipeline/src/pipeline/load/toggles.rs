@@ -3,9 +3,11 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::pipeline::names::{Environment, name_diagnostic, twin_diagnostic};
+use crate::pipeline::settings::kinds;
 use crate::pipeline::toggle::{Condition, Toggle};
 use umbragraph_text::diagnostic::{Diagnostic, Diagnostics, codes, list_of, suggested_name};
 use umbragraph_text::document::{Document, Entry, Value, pointer_join};
+use umbragraph_text::expression::parse;
 use umbragraph_text::language::ToggleDeclaration;
 
 /// Returns the valid toggles of a document, sorted by name. Reports invalid names, names that a feature or parameter
@@ -39,7 +41,10 @@ pub(super) fn toggles(
         let suggested = mentioned.iter().any(|name| {
             *name == entry.key || !declared(name) && suggested_name(name, [entry.key.as_str()]).is_some()
         });
-        if fine && !suggested {
+        // A name of another kind in place of a toggle, or a toggle in a condition, has a diagnostic of its own.
+        let is_explained =
+            mentioned.iter().any(|name| !declared(name)) || is_in_condition(document, &entry.key);
+        if fine && !suggested && !is_explained {
             let message = format!("no pass has the toggle \"{}\"", entry.key);
             let diagnostic = Diagnostic::warning(codes::UNUSED_TOGGLE, entry.key_span, message);
             let help = format!("give a pass \"toggle\": \"{}\", or remove it", entry.key);
@@ -83,6 +88,15 @@ fn mentions(document: &Document) -> Vec<Mention<'_>> {
     mentions.collect()
 }
 
+/// Returns `true` if the condition of a pass, under "when", names the toggle.
+fn is_in_condition(document: &Document, name: &str) -> bool {
+    let subgraphs = document.root.entries_of("subgraphs").iter().map(|entry| &entry.value);
+    let passes =
+        std::iter::once(&document.root).chain(subgraphs).flat_map(|owner| owner.entries_of("passes"));
+    let mut conditions = passes.filter_map(|entry| entry.value.get("when")?.text()?.strip_prefix('='));
+    conditions.any(|text| parse(text).is_ok_and(|condition| condition.names().contains(&name)))
+}
+
 /// Reports toggles that are used but not declared; each use is reported once, however often its subgraph is used.
 fn unknown(document: &Document, mentions: &[Mention<'_>], diagnostics: &mut Diagnostics) {
     let declared = document.root.entries_of("toggles");
@@ -93,6 +107,16 @@ fn unknown(document: &Document, mentions: &[Mention<'_>], diagnostics: &mut Diag
         }
         let message = format!("there is no toggle \"{name}\"");
         let diagnostic = Diagnostic::error(codes::UNKNOWN_TOGGLE, value.span, message);
+        let (is_feature, sign) = (
+            document.root.get("features").and_then(|features| features.get(name)),
+            if text.starts_with('!') { "!" } else { "" },
+        );
+        let is_bool = is_feature.and_then(|one| one.get("type")?.text()) == Some("bool");
+        let other = is_bool.then(|| format!("\"{name}\" is a feature: write \"when\": \"={sign}{name}\""));
+        if let Some(help) = other.or_else(|| kinds::kind_of(document, name)) {
+            diagnostics.push(diagnostic.pointer(pointer).help(help));
+            continue;
+        }
         let written = value.span_within(text.len() - name.len()..text.len());
         let diagnostic = diagnostic.suggest(name, names.iter().copied(), written, |names| match names {
             [] => "declare it under \"toggles\"".to_owned(),

@@ -2,7 +2,7 @@
 
 use umbragraph_text::diagnostic::{Diagnostic, codes, suggested_name};
 use umbragraph_text::document;
-use umbragraph_text::expression::{ErrorKind, ExpressionError};
+use umbragraph_text::expression::{ErrorKind, ExpressionError, parse_from};
 
 /// Returns the diagnostic for an error in an expression, placed inside the string if the string has no escape
 /// sequences. `None` for an error that only follows from another diagnostic.
@@ -41,6 +41,21 @@ pub fn expression_diagnostic(
     };
     let Some(unknown) = &error.unknown else { return Some(diagnostic.help(help())) };
     let known = unknown.known.iter().map(String::as_str);
+    // Textures and the viewport have sides, not coordinates.
+    let side = unknown.name.rsplit_once('.').and_then(|(head, member)| match member {
+        "x" => Some(format!("{head}.width")),
+        "y" => Some(format!("{head}.height")),
+        _ => None,
+    });
+    if let Some(side) = side.filter(|side| known.clone().any(|name| name == side)) {
+        let range = error.range.start..error.range.start + unknown.name.len();
+        let is_written = value.text().and_then(|text| text.get(range.clone())) == Some(&unknown.name);
+        let diagnostic = diagnostic.help(format!("did you mean \"{side}\"?"));
+        return Some(match value.span_within(range).filter(|_| is_written) {
+            Some(place) => diagnostic.fix(place, side),
+            None => diagnostic,
+        });
+    }
     // Of a resource's property the resource may be what is misspelt.
     let name = match unknown.name.split_once('.') {
         Some((head, _)) if suggested_name(&unknown.name, known.clone()).is_none() => head,
@@ -53,15 +68,19 @@ pub fn expression_diagnostic(
     Some(diagnostic.suggest(name, known, written, |_| help()))
 }
 
-/// Finds the element with an unknown name in a list of expressions, and its JSON pointer. `None` if the error is of
-/// another kind, or if no element contains the name.
+/// Finds the element of a list of expressions that an error is about, and its JSON pointer. `None` if no element, or
+/// more than one, can have the error.
 fn invalid<'v>(
     error: &ExpressionError,
     value: &'v document::Value,
     pointer: &str,
 ) -> Option<(&'v document::Value, String)> {
-    let unknown = error.unknown.as_deref()?;
     let elements = value.elements()?.iter().enumerate();
+    let Some(unknown) = error.unknown.as_deref() else {
+        let places = elements.map(|(at, element)| (element, format!("{pointer}/{at}")));
+        let mut found = places.filter(|(element, _)| element.text().is_some_and(|text| has(text, error)));
+        return found.next().filter(|_| found.next().is_none());
+    };
     let mut found =
         elements.map(|(at, element)| (element, format!("{pointer}/{at}"))).filter_map(|(element, at)| {
             let has_it = element.text().is_some_and(|text| {
@@ -70,4 +89,15 @@ fn invalid<'v>(
             if has_it { Some((element, at)) } else { invalid(error, element, &at) }
         });
     found.next()
+}
+
+/// Returns `true` if the expression in a string has a part of exactly the range of an error, or has the error itself.
+fn has(text: &str, error: &ExpressionError) -> bool {
+    let mut found = false;
+    match parse_from(text, 1) {
+        _ if !text.starts_with('=') => {}
+        Ok(expression) => expression.visit(&mut |part| found |= part.range == error.range),
+        Err(own) => found = own.range == error.range && own.message == error.message,
+    }
+    found
 }

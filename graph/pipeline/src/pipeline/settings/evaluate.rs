@@ -11,7 +11,7 @@ use serde::de::IntoDeserializer as _;
 use crate::pipeline::settings::live::LiveSetting;
 use crate::work::{Deferred, LiveValue, wrong_type};
 use umbragraph_text::diagnostic::{Code, Diagnostic, Diagnostics, Place, codes};
-use umbragraph_text::expression::Value;
+use umbragraph_text::expression::{ExpressionKind, Value};
 use umbragraph_text::language::{Expr, Word};
 
 /// Evaluates expressions in settings. Each method takes the JSON pointer of the setting, relative to the settings of
@@ -92,7 +92,26 @@ pub trait Evaluate {
     fn boolean(&mut self, expr: &Expr, pointer: &str) -> Option<bool> {
         match self.value(expr, pointer)? {
             Value::Bool(value) => Some(value),
-            other => self.wrong_type(pointer, "a boolean", other.kind_name()),
+            other => {
+                let diagnostic = wrong_type("a boolean", other.kind_name());
+                let name = expr.parse().ok().and_then(|expression| match expression.kind {
+                    ExpressionKind::Name(name) => Some(name),
+                    _ => None,
+                });
+                let diagnostic = match (&other, name) {
+                    (Value::Text(word), Some(name)) => {
+                        diagnostic.help(format!("compare it with a word, as in \"={name} == '{word}'\""))
+                    }
+                    (Value::Reference(_), _) => {
+                        let help =
+                            "conditions see parameters, features and derived values; a resource is none";
+                        diagnostic.help(help)
+                    }
+                    _ => diagnostic,
+                };
+                self.add(diagnostic, pointer);
+                None
+            }
         }
     }
 

@@ -4,6 +4,7 @@
 pub(crate) mod availability;
 pub(crate) mod derived;
 pub(crate) mod evaluate;
+pub(crate) mod kinds;
 pub(crate) mod live;
 pub(crate) mod overrides;
 pub(crate) mod preset;

@@ -43,6 +43,17 @@ impl ParameterFile {
             diagnostics.push(diagnostic.help("write { \"parameters\": { } }"));
             return file;
         };
+        if let Some(entry) =
+            entries.iter().find(|entry| ["passes", "resources"].contains(&entry.key.as_str()))
+        {
+            let message =
+                format!("a parameter file is wanted here; this has \"{}\", as a pipeline has", entry.key);
+            let diagnostic = Diagnostic::error(codes::UNKNOWN_KEY, entry.key_span, message);
+            let help =
+                "give a file with \"parameters\" and \"features\"; the pipeline is an argument of its own";
+            diagnostics.push(diagnostic.pointer(pointer_join("", &entry.key)).help(help));
+            return file;
+        }
         if let Some(diagnostic) = other_format(&document.root) {
             diagnostics.push(diagnostic);
             return file;
@@ -63,6 +74,12 @@ impl ParameterFile {
                     Some(name) => file.preset = Some((name.to_owned(), entry.value.span)),
                     None => diagnostics.push(wrong("a name")),
                 },
+                "toggles" => {
+                    let message = "a parameter file has no toggles: they are no values of a plan";
+                    let diagnostic = Diagnostic::error(codes::UNKNOWN_KEY, entry.key_span, message);
+                    let help = "switch them for frames: --toggle NAME=off of `render`";
+                    diagnostics.push(diagnostic.pointer("/toggles").help(help));
+                }
                 key if !KEYS.contains(&key) => {
                     diagnostics.push(
                         document::schema::unknown_key(entry, KEYS, entries).pointer(pointer_join("", key)),
@@ -107,21 +124,22 @@ pub(crate) fn sets(presets: &[Entry], setting: &Override) -> bool {
 /// Checks the values of all presets except the chosen preset, whose values are checked together with the caller's
 /// values.
 pub(crate) fn check(
-    presets: &[Entry],
+    document: &Document,
     parameters: &BTreeMap<String, ParameterDeclaration>,
     features: &BTreeMap<String, FeatureDeclaration>,
     overrides: &Overrides,
     diagnostics: &mut Diagnostics,
 ) {
+    let presets = document.root.entries_of("presets");
     let is_chosen = |entry: &Entry| {
         overrides.parameters.iter().chain(&overrides.features).any(|setting| setting.place == entry.key_span)
     };
     for preset in presets {
         let at = pointer_join("/presets", &preset.key);
         for kind in [SettingKind::Parameter, SettingKind::Feature] {
-            let (section, known, others) = match kind {
-                SettingKind::Parameter => ("parameters", declared(parameters), declared(features)),
-                SettingKind::Feature => ("features", declared(features), declared(parameters)),
+            let (section, known) = match kind {
+                SettingKind::Parameter => ("parameters", declared(parameters)),
+                SettingKind::Feature => ("features", declared(features)),
             };
             let entries = preset.value.entries_of(section);
             for entry in entries.iter().filter(|entry| !is_chosen(entry)) {
@@ -135,7 +153,7 @@ pub(crate) fn check(
                 let decoded = decoded.unwrap_or_else(|| {
                     let is_twin = |other: &Entry| other.key_span.file == key_span.file;
                     let taken = |name: &str| entries.iter().any(|other| other.key == name && is_twin(other));
-                    Err(vec![not_there(kind, key, &known, &others, *key_span, taken)])
+                    Err(not_there(kind, key, &known, document, *key_span, taken).into_iter().collect())
                 });
                 let pointer = pointer_join(&format!("{at}/{section}"), key);
                 let errors = decoded.err().into_iter().flatten();

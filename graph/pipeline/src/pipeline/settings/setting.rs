@@ -1,12 +1,13 @@
 //! Parameters and features: their values, where each comes from, and whether it is allowed.
 
 use crate::pipeline::settings::availability;
+use crate::pipeline::settings::kinds;
 use crate::pipeline::settings::live::{Structural, is_alike};
 use crate::pipeline::settings::overrides::{Override, Overrides};
 use std::collections::BTreeMap;
 use umbragraph_shaders::TargetProfile;
 use umbragraph_text::diagnostic::{Code, Diagnostic, Diagnostics, codes, list_of, suggested_name};
-use umbragraph_text::document::{self, Entry, Kind};
+use umbragraph_text::document::{self, Document, Entry, Kind};
 use umbragraph_text::expression::Value;
 use umbragraph_text::language::{
     FeatureDeclaration, FeatureType, Order, ParameterDeclaration, ParameterType,
@@ -60,13 +61,6 @@ pub(crate) fn parameters(
     for entry in entries {
         let Some(declaration) = declarations.get(&entry.key) else { continue };
         let pointer = document::pointer_join("/parameters", &entry.key);
-        if declaration.parameter_type == ParameterType::Enum && declaration.values.is_empty() {
-            let message = "the key \"values\" is missing here";
-            let diagnostic = Diagnostic::error(codes::MISSING_KEY, entry.value.span, message);
-            let help = "an enumeration lists its words under \"values\"";
-            diagnostics.push(diagnostic.pointer(&pointer).help(help));
-            continue;
-        }
         let Some(default) = entry.value.get("default") else { continue };
         let mut add = |found: Result<Value, Vec<Diagnostic>>, with: &dyn Fn(Diagnostic) -> Diagnostic| {
             found.map_err(|errors| diagnostics.extend(errors.into_iter().map(with))).ok()
@@ -93,12 +87,12 @@ pub(crate) fn parameters(
 /// meet.
 pub(crate) fn features(
     declarations: &BTreeMap<String, FeatureDeclaration>,
-    entries: &[Entry],
-    presets: &[Entry],
+    document: &Document,
     overrides: &[Override],
     profile: &TargetProfile,
     diagnostics: &mut Diagnostics,
 ) -> BTreeMap<String, Feature> {
+    let [entries, presets] = ["features", "presets"].map(|part| document.root.entries_of(part));
     let overrides = availability::without_lacking(overrides, presets, entries, profile);
     let mut features = BTreeMap::new();
     let mut unavailable = Vec::new();
@@ -161,8 +155,14 @@ pub(crate) fn features(
                     None => {
                         let taken = |name: &str| others.iter().any(|other| other == name);
                         let (kind, known) = (SettingKind::Feature, declared(declarations));
-                        let diagnostic = not_there(kind, other, &known, &[], written, taken);
-                        diagnostics.push(diagnostic.pointer(pointer()));
+                        let diagnostic = not_there(kind, other, &known, document, written, taken);
+                        let help = |one: Diagnostic| match kinds::kind_of(document, other) {
+                            Some(_) if one.fix.is_none() => one.help(format!(
+                                "a feature {words} features; \"constraints\" tie other values"
+                            )),
+                            _ => one,
+                        };
+                        diagnostics.extend(diagnostic.map(|one| help(one.pointer(pointer()))));
                     }
                     Some(on) if on != wanted && feature.is_on() => {
                         let (is, should_be) = if on { ("on", "off") } else { ("off", "on") };
@@ -276,20 +276,21 @@ fn groups(
 pub(crate) fn unknown(
     parameters: &BTreeMap<String, ParameterDeclaration>,
     features: &BTreeMap<String, FeatureDeclaration>,
+    document: &Document,
     overrides: &Overrides,
     diagnostics: &mut Diagnostics,
 ) {
     for kind in [SettingKind::Parameter, SettingKind::Feature] {
-        let (settings, known, others) = match kind {
-            SettingKind::Parameter => (&overrides.parameters, declared(parameters), declared(features)),
-            SettingKind::Feature => (&overrides.features, declared(features), declared(parameters)),
+        let (settings, known) = match kind {
+            SettingKind::Parameter => (&overrides.parameters, declared(parameters)),
+            SettingKind::Feature => (&overrides.features, declared(features)),
         };
         for setting in settings.iter().filter(|setting| !known.contains(&setting.name.as_str())) {
             // Another file may set it too.
             let taken = |name: &str| {
                 settings.iter().any(|other| other.name == name && other.place.file == setting.place.file)
             };
-            diagnostics.push(not_there(kind, &setting.name, &known, &others, setting.place, taken));
+            diagnostics.extend(not_there(kind, &setting.name, &known, document, setting.place, taken));
         }
     }
 }
@@ -315,33 +316,36 @@ pub(crate) fn declared<T>(declarations: &BTreeMap<String, T>) -> Vec<&str> {
     declarations.keys().map(String::as_str).collect()
 }
 
-/// The diagnostic for a parameter or feature that is not among the `known` names. It may suggest a name from `others`:
-/// a parameter instead of a feature, or a feature instead of a parameter.
+/// The diagnostic for a parameter or feature that is not among the `known` names. If the name, or one like it, is of
+/// another kind, the help text says so. `None` if the document declares it: its declaration has a diagnostic then.
 pub(crate) fn not_there(
     kind: SettingKind,
     name: &str,
     known: &[&str],
-    others: &[&str],
+    document: &Document,
     place: Span,
     taken: impl Fn(&str) -> bool,
-) -> Diagnostic {
+) -> Option<Diagnostic> {
     let what = kind.name();
+    let (own, other) = match kind {
+        SettingKind::Parameter => ("parameters", "features"),
+        SettingKind::Feature => ("features", "parameters"),
+    };
+    if document.root.entries_of(own).iter().any(|entry| entry.key == name) {
+        return None;
+    }
     let message = format!("there is no {what} \"{name}\"");
     let diagnostic = Diagnostic::error(codes::UNKNOWN_SETTING, place, message);
     let is_known = suggested_name(name, known.iter().copied()).is_some();
-    let meant = suggested_name(name, others.iter().copied()).filter(|other| *other == name || !is_known);
-    if let Some(meant) = meant {
-        let (other, option) = match kind {
-            SettingKind::Parameter => ("feature", "--feature"),
-            SettingKind::Feature => ("parameter", "--set"),
-        };
-        return diagnostic
-            .help(format!("\"{meant}\" is a {other}: it stands under \"{other}s\", or behind {option}"));
+    let others = document.root.entries_of(other).iter().map(|entry| entry.key.as_str());
+    let meant = suggested_name(name, others).filter(|_| !is_known);
+    if let Some(help) = kinds::kind_of(document, name).or_else(|| kinds::kind_of(document, meant?)) {
+        return Some(diagnostic.help(help));
     }
-    diagnostic.suggest_unless(name, known.iter().copied(), Some(place), taken, |names| match names {
+    Some(diagnostic.suggest_unless(name, known.iter().copied(), Some(place), taken, |names| match names {
         [] => format!("this pipeline has no {what}s"),
         names => format!("the {what}s are {}", list_of(names)),
-    })
+    }))
 }
 
 pub(crate) fn decode_parameter(
@@ -375,8 +379,7 @@ pub(crate) fn decode_parameter(
         },
         T::F32List | T::U32List => {
             let elements = value.elements();
-            let elements =
-                elements.ok_or_else(|| wrong("a list of numbers", "write it as [1, 2, 3]".to_owned()))?;
+            let elements = elements.ok_or_else(|| wrong("a list of numbers", as_list(value)))?;
             let whole = declaration.parameter_type == T::U32List;
             let (min, max) = (declaration.min_length.unwrap_or(0), declaration.max_length.unwrap_or(65_536));
             if !(min as usize..=max as usize).contains(&elements.len()) {
@@ -404,6 +407,16 @@ pub(crate) fn decode_parameter(
     }
 }
 
+/// The help text for a value that is no list: the numbers in brackets, if it has any.
+fn as_list(value: &document::Value) -> String {
+    let is_number = |text: &str| text.trim().parse::<f64>().is_ok_and(f64::is_finite);
+    match (&value.kind, value.text()) {
+        (Kind::Number(number), _) => format!("write it in brackets: [{number}]"),
+        (_, Some(text)) if text.split(',').all(is_number) => format!("write it in brackets: [{text}]"),
+        _ => "write it as [1, 2, 3]".to_owned(),
+    }
+}
+
 /// Reads a number for a parameter, or for an element of a list parameter.
 fn number(
     name: &str,
@@ -416,8 +429,13 @@ fn number(
     };
     let document::Kind::Number(number) = &value.kind else {
         let message = format!("the parameter \"{name}\" takes numbers, this is {}", value.kind_name());
-        let help = if whole { "write a whole number" } else { "write a number" };
-        return error(codes::SETTING_TYPE, message, help.to_owned());
+        let with_point = value.text().map(|text| text.replacen(',', ".", 1));
+        let help = match with_point.filter(|text| text.parse::<f64>().is_ok_and(f64::is_finite)) {
+            Some(number) => format!("write {number}, without quotes and with a point"),
+            None if whole => "write a whole number".to_owned(),
+            None => "write a number".to_owned(),
+        };
+        return error(codes::SETTING_TYPE, message, help);
     };
     let number = number.as_f64().unwrap_or(f64::MAX);
     match misfit(name, declaration, number, whole) {

@@ -15,21 +15,24 @@
 //!
 //! Limits: it stops after [`MAX_DIAGNOSTICS`] diagnostics.
 
+mod messages;
 mod rules;
 
+pub use messages::{unknown_key, unknown_word};
 pub use rules::Schema;
 
 use serde_json::Value as Json;
 
 use super::{Entry, Kind, Pointer, Signs, Value, Written};
 use crate::diagnostic::{Diagnostic, Diagnostics, MAX_DIAGNOSTICS, codes, list_of, suggested_name};
-use rules::{Additional, Alternatives, Branch, Node, Rules};
+use messages::{KNOWN_ARE, with_wrapper, wrong_type};
+use rules::{Additional, Alternatives, Branch, Node, Required, Rules};
 
 impl Schema {
     /// Checks `value` against the schema, and adds a diagnostic for each violation. `pointer` is the JSON pointer of
     /// the value.
     pub fn check(&self, value: &Value, pointer: &str, diagnostics: &mut Diagnostics) {
-        let mut checker = Checker { schema: self, diagnostics, description: None };
+        let mut checker = Checker { schema: self, diagnostics, description: None, misplaced: Vec::new() };
         checker.value(value, &self.start, &Pointer::Text(pointer), 0);
     }
 }
@@ -40,6 +43,8 @@ struct Checker<'a, 'd> {
     /// The schema's description of the current value, or of the closest enclosing value with a description. `None` if
     /// there is none.
     description: Option<&'a str>,
+    /// The unknown keys beside the current value, one of which may be meant for it.
+    misplaced: Vec<String>,
 }
 
 const MAX_REFERENCES: usize = 600;
@@ -71,7 +76,9 @@ impl<'a> Checker<'a, '_> {
         if let Some(wanted) = &rules.types
             && !wanted.types.have(value)
         {
-            self.wrong_type(value, &wanted.names, pointer);
+            let diagnostic = wrong_type(value, &wanted.names);
+            let wrapped = self.wrapped(value, rules, pointer).filter(|_| diagnostic.help.is_none());
+            self.push(with_wrapper(diagnostic, value, wrapped), pointer);
             return;
         }
         if let Some(words) = &rules.words {
@@ -103,6 +110,10 @@ impl<'a> Checker<'a, '_> {
         pointer: &Pointer<'_>,
         depth: usize,
     ) {
+        let is_closed = matches!(rules.additional, Additional::None);
+        let unknown = entries.iter().filter(|entry| is_closed && rules.property(&entry.key).is_none());
+        let unknown: Vec<String> = unknown.map(|entry| entry.key.clone()).collect();
+        let misplaced = std::mem::replace(&mut self.misplaced, unknown);
         for entry in entries {
             if self.diagnostics.len() >= MAX_DIAGNOSTICS {
                 return;
@@ -117,24 +128,50 @@ impl<'a> Checker<'a, '_> {
                 Additional::Like(rule) => self.value(&entry.value, rule, &at, depth + 1),
                 Additional::None => {
                     let known: Vec<&str> = rules.properties.iter().map(|(key, _)| key.as_str()).collect();
-                    self.push(unknown_key(entry, &known, entries), &at);
+                    let mut diagnostic = unknown_key(entry, &known, entries);
+                    let owner = entries.iter().find(|owner| {
+                        let inner = rules.property(&owner.key).and_then(|node| self.schema.rules(node));
+                        let is_object = owner.value.entries().is_some();
+                        is_object && inner.is_some_and(|inner| inner.property(&entry.key).is_some())
+                    });
+                    if let (Some(owner), None) = (owner, &diagnostic.fix) {
+                        let help =
+                            format!("\"{}\" stands within \"{}\": move it there", entry.key, owner.key);
+                        diagnostic.help = Some(help);
+                    }
+                    self.push(diagnostic, &at);
                 }
             }
         }
+        self.misplaced = misplaced;
         for required in rules.required.iter().filter(|required| value.get(&required.key).is_none()) {
             // A misspelt key is reported as such; that the right one is missing only follows from it.
             let misspelt = entries.iter().any(|entry| {
                 rules.property(&entry.key).is_none()
                     && suggested_name(&entry.key, [required.key.as_str()]).is_some()
             });
-            if !misspelt {
+            // A key that stands beside the object has a diagnostic there.
+            if !misspelt && !self.misplaced.contains(&required.key) {
                 let key = &required.key;
                 let message = format!("the key \"{key}\" is missing here");
                 let mut diagnostic = Diagnostic::error(codes::MISSING_KEY, value.span, message);
-                diagnostic.help = required.description.as_ref().map(|text| format!("\"{key}\": {text}"));
+                let words = rules.property(key).map(|node| self.words_of(node)).unwrap_or_default();
+                diagnostic.help = match &required.description {
+                    Some(text) => Some(format!("\"{key}\": {text}")),
+                    None if words.is_empty() => None,
+                    None => Some(format!("add \"{key}\": one of {}", list_of(words))),
+                };
                 self.push(diagnostic, pointer);
             }
         }
+    }
+
+    /// Returns the words that a value can be; empty if it can be something else than a word.
+    fn words_of(&self, node: &'a Node) -> Vec<&'a str> {
+        let Some(rules) = self.schema.rules(node) else { return Vec::new() };
+        let own = rules.words.iter().flatten().filter_map(Json::as_str);
+        let branches = rules.alternatives.iter().flat_map(|alternatives| &alternatives.branches);
+        own.chain(branches.flat_map(|branch| branch.words.iter().map(String::as_str))).collect()
     }
 
     /// Checks that an object has exactly one of the keys `keys`. If the object has none of them but an unknown key,
@@ -163,14 +200,31 @@ impl<'a> Checker<'a, '_> {
         }
     }
 
-    fn wrong_type(&mut self, value: &Value, wanted: &str, pointer: &Pointer<'_>) {
-        let message = format!("{wanted} is wanted here, this is {}", value.kind_name());
-        let mut diagnostic = Diagnostic::error(codes::WRONG_TYPE, value.span, message);
-        let number = value.text().filter(|text| text.parse::<f64>().is_ok_and(f64::is_finite));
-        if let Some(number) = number.filter(|_| wanted.contains("number")) {
-            diagnostic.help = Some(format!("write it without quotes: {number}"));
+    /// Returns the text to put before and after a value of the wrong type, so that it fits: brackets of a list, or an
+    /// object with the one required key. `None` if neither makes it fit.
+    fn wrapped(
+        &self,
+        value: &Value,
+        rules: &'a Rules,
+        pointer: &Pointer<'_>,
+    ) -> Option<(String, &'static str)> {
+        if let Some(items) = rules.items.as_ref().filter(|_| rules.min_items.is_none_or(|count| count <= 1)) {
+            return self.fits(value, items, pointer).then(|| ("[".to_owned(), "]"));
         }
-        self.push(diagnostic, pointer);
+        let [Required { key, .. }] = rules.required.as_slice() else { return None };
+        let is_text = value.text().is_some();
+        let fits = is_text && self.fits(value, rules.property(key)?, pointer);
+        fits.then(|| (format!("{{ \"{key}\": "), " }"))
+    }
+
+    /// Returns `true` if a value has no diagnostics by the rules of a node.
+    fn fits(&self, value: &Value, node: &'a Node, pointer: &Pointer<'_>) -> bool {
+        let mut diagnostics = Diagnostics::new();
+        let (schema, diagnostics_of) = (self.schema, &mut diagnostics);
+        let mut checker =
+            Checker { schema, diagnostics: diagnostics_of, description: None, misplaced: Vec::new() };
+        checker.value(value, node, pointer, 0);
+        diagnostics.is_empty()
     }
 
     fn words(&mut self, value: &Value, words: &[Json], pointer: &Pointer<'_>) {
@@ -222,7 +276,7 @@ impl<'a> Checker<'a, '_> {
         let typed = || alternatives.branches.iter().filter(|branch| branch.could_be.have(value));
         let count = typed().count();
         if count == 0 {
-            self.wrong_type(value, &alternatives.wanted, pointer);
+            self.push(wrong_type(value, &alternatives.wanted), pointer);
             return;
         }
         if let Some(text) = value.text() {
@@ -233,7 +287,10 @@ impl<'a> Checker<'a, '_> {
                     if alternatives.takes_expressions && text.contains(['?', '(', '!', '=', '&', '|']) {
                         let help = format!("an expression begins with \"=\": write \"={text}\"");
                         diagnostic = diagnostic.help(help);
-                    } else if alternatives.takes_expressions && diagnostic.fix.is_none() && is_name(text) {
+                    } else if alternatives.takes_expressions
+                        && diagnostic.help.as_ref().is_some_and(|help| help.starts_with(KNOWN_ARE))
+                        && is_name(text)
+                    {
                         // It may be the name of a parameter or derived value.
                         let known = diagnostic.help.take().unwrap_or_default();
                         let help = format!("{known}; an expression begins with \"=\": \"={text}\"");
@@ -259,6 +316,7 @@ impl<'a> Checker<'a, '_> {
                 schema: self.schema,
                 diagnostics: &mut own_diagnostics,
                 description: self.description,
+                misplaced: self.misplaced.clone(),
             };
             checker.value(value, &branch.node, pointer, depth + 1);
             if own_diagnostics.is_empty() {
@@ -292,7 +350,20 @@ impl<'a> Checker<'a, '_> {
                     let rules = tagged.and_then(|node| self.schema.rules(node));
                     rules.is_some_and(|rules| matches!(rules.additional, Additional::Like(_)))
                 });
-                if let (Some((tag, _)), None) = (of_any_name, &diagnostic.fix) {
+                let owner = tagged.iter().filter_map(|(tag, branch)| {
+                    let property = self.schema.rules(&branch.node)?.property(tag)?;
+                    let fits = |entry: &Entry| self.schema.rules(property)?.property(&entry.key);
+                    entries.iter().all(|entry| fits(entry).is_some()).then_some(*tag)
+                });
+                let mut owners = owner.take(2);
+                if let (Some(tag), None, None) = (owners.next(), owners.next(), &diagnostic.fix) {
+                    let help = format!("\"{}\" stands within \"{tag}\": {{ \"{tag}\": {{ … }} }}", entry.key);
+                    let end = value.span.range().len();
+                    diagnostic = diagnostic
+                        .help(help)
+                        .fix(value.span.inside(0..0), format!("{{ \"{tag}\": "))
+                        .fix(value.span.inside(end..end), " }");
+                } else if let (Some((tag, _)), None) = (of_any_name, &diagnostic.fix) {
                     let help = diagnostic.help.take().unwrap_or_default();
                     diagnostic.help = Some(format!("{help}; other names stand under \"{tag}\""));
                 }
@@ -327,21 +398,6 @@ fn first_sentence(description: &str) -> String {
     sentence.trim_end_matches('.').to_owned()
 }
 
-/// Creates the diagnostic for a key that is not one of `known`; `beside` lists all members of the object that contains
-/// the key.
-pub fn unknown_key(entry: &Entry, known: &[&str], beside: &[Entry]) -> Diagnostic {
-    let diagnostic =
-        Diagnostic::error(codes::UNKNOWN_KEY, entry.key_span, format!("unknown key \"{}\"", entry.key));
-    // A key that is there already would stand twice; one of a file below is laid over.
-    let file = entry.key_span.file;
-    let taken = |name: &str| beside.iter().any(|other| other.key == name && other.key_span.file == file);
-    let known = known.iter().copied();
-    diagnostic.suggest_unless(&entry.key, known, Some(entry.key_span), taken, |known| match known {
-        [] => "no keys are known here".to_owned(),
-        known => format!("the keys known here are {}", list_of(known)),
-    })
-}
-
 fn is_expression(text: &str) -> bool {
     matches!(Written::of(text), Written::Expression(_))
 }
@@ -350,17 +406,6 @@ fn is_expression(text: &str) -> bool {
 fn is_name(text: &str) -> bool {
     text.starts_with(|first: char| first.is_ascii_alphabetic() || first == '_')
         && text.chars().all(|each| each.is_ascii_alphanumeric() || each == '_')
-}
-
-/// Creates the diagnostic for a value that is not one of the allowed words.
-pub fn unknown_word(value: &Value, words: &[&str]) -> Diagnostic {
-    let found = value.text().map_or_else(|| value.kind_name().to_owned(), |text| format!("\"{text}\""));
-    let diagnostic = Diagnostic::error(codes::UNKNOWN_WORD, value.span, format!("{found} is not known here"));
-    let text = value.text().unwrap_or_default();
-    diagnostic.suggest(text, words.iter().copied(), Some(value.span), |words| match words {
-        words if words.len() <= 24 => format!("known are {}", list_of(words)),
-        _ => "see the schema for the words known here".to_owned(),
-    })
 }
 
 #[cfg(test)]
