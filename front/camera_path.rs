@@ -1,8 +1,8 @@
 //! The path of the camera over the frames, as `--camera` of the command and of the viewer names it.
 //!
 //! `orbit` goes once around the middle of the scene, at the height and distance of the scene's own camera. If obstacles
-//! are in the way, it stays before them, and goes around what that camera looks at, or around a point halfway to it, if
-//! the camera does not stand free before the middle. `walk` goes straight on at one height. All frames together go as
+//! are in the way, it stays before them, and goes around what that camera looks at, or around a point halfway to it.
+//! `walk` goes straight on at one height. All frames together go as
 //! far as the scene's radius, or up to the first obstacle. A file gives keys, between which positions are interpolated
 //! along a straight line and directions along an arc:
 //!

@@ -21,9 +21,9 @@ impl<'o> Orbit<'o> {
     /// The fraction of the distance within which what the camera goes around lies.
     const CORE: f64 = 0.3;
 
-    /// Returns an orbit that stays before obstacles: around the middle of the scene if the camera stands free before
-    /// it, or around what the camera looks at, or around a point halfway to that. `None` if there are no obstacles on
-    /// the circle around the middle, or the camera looks at nothing within the scene.
+    /// Returns an orbit that stays before obstacles: around what the camera looks at, or around a point halfway to it.
+    /// `None` if there are no obstacles on the circle around the middle of the scene, or the camera looks at nothing
+    /// within the scene.
     pub(crate) fn among(
         around: &'o dyn Obstacles,
         scene: &Camera,
@@ -36,11 +36,8 @@ impl<'o> Orbit<'o> {
         if usual.is_clear() || reach <= 0.0 || reach >= 2.0 * radius {
             return None;
         }
-        let middle = Self { core: Self::CORE, ..usual };
-        if middle.free(DQuat::IDENTITY) > 0.999 && middle.is_clear() {
-            return Some(middle);
-        }
-        let whole = Self { pivot: scene.position + ahead * reach, offset: -ahead * reach, ..middle };
+        let whole =
+            Self { pivot: scene.position + ahead * reach, offset: -ahead * reach, core: Self::CORE, ..usual };
         if whole.is_clear() {
             return Some(whole);
         }
