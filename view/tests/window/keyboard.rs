@@ -62,7 +62,8 @@ fn an_inspection_needs_no_pointer() {
     hand.display.press(&[], ENTER);
     hand.wait("range", |state| state["contents"]["range"][0] == 0.25);
     // The value of a texel.
-    hand.press_until("contents", (&[], TAB), 60, has_keys("contents"));
+    hand.press_until("inspector", (&[], F6), 8, has_keys("panel Inspector"));
+    hand.press_until("contents", (&[], TAB), 30, has_keys("contents"));
     let at = |state: &Value| state["contents"]["cursor"][0][0].as_u64();
     let state = hand.wait("texel", |state| at(state).is_some());
     hand.display.press(&[], RIGHT);
