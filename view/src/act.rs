@@ -331,7 +331,10 @@ impl Viewer {
                 "preset": values.preset, "parameters": values.parameters,
                 "features": values.features, "toggles": values.toggles,
             },
-            "panel": { "search": self.panel.search, "only given": self.panel.only_given, "open": self.dock.is_shown(Pane::Values) },
+            "panel": {
+                "search": self.panel.search, "only given": self.panel.only_given,
+                "open": self.dock.is_shown(Pane::Values),
+            },
             "panels": shown,
             "below": below,
             "help": self.has_help,

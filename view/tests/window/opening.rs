@@ -108,7 +108,9 @@ fn dropped_values_cameras_and_broken_files_keep_the_frame() {
         std::fs::write(&bad, text).unwrap();
         drop_file(&bad, middle);
         hand.wait("error", |state| state["errors"].as_array().is_some_and(|errors| !errors.is_empty()));
-        if hand.state()["below"] == "Notices" {
+        // The first error opens the notices.
+        if name == "bad.json" {
+            hand.wait("notices", |state| state["below"] == "Notices");
             hand.display.press(&[], u32::from('n'));
         }
         hand.wait("no panel", |state| state["below"].is_null());
