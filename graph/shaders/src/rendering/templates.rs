@@ -14,6 +14,7 @@ use std::sync::{Arc, OnceLock};
 
 use minijinja::Environment;
 
+use super::fitting;
 use super::markers::MarkedTemplates;
 use super::placement::Placement;
 use crate::axes;
@@ -272,7 +273,7 @@ impl TemplateSet {
 
     /// Adds diagnostics about the consistency of the set. It reports declarations of axes without a template, missing
     /// inherited templates, and conflicting declarations. It also reports contradictory constraints, defaults that
-    /// violate constraints, and comparisons of axes with impossible values.
+    /// violate constraints, comparisons of axes with impossible values, and parts that appear nowhere.
     pub fn check(&self, diagnostics: &mut Diagnostics) {
         let templates: BTreeSet<&str> = self.names().map(stem).collect();
         for (name, declared) in &self.declarations {
@@ -298,6 +299,7 @@ impl TemplateSet {
             let resolve = |name: &String| {
                 let mut diagnostics = Vec::new();
                 let axes = self.collect(name, &mut BTreeMap::new(), &mut diagnostics);
+                diagnostics.extend(fitting::check(&self.templates, name));
                 let clash = clash(name, &axes);
                 let defaults = axes.defaults();
                 for constraint in axes.violated(&defaults).filter(|_| clash.is_none()) {
