@@ -267,9 +267,10 @@ impl Reader<'_> {
     fn kind(&mut self, entry: &Entry) -> Option<AxisKind> {
         const TYPES: &[&str] = &["bool", "enum", "integer", "texture_format"];
         let written = self.required(entry, "axis", "type")?;
-        if let Some(meant) = written.text().and_then(meant_type) {
-            let help = format!("did you mean \"{meant}\"?");
-            self.diagnostics.push(unknown_word(written, TYPES).help(help));
+        let unknown = unknown_word(written, TYPES);
+        if let Some(meant) = written.text().and_then(meant_type).filter(|_| !unknown.has_suggestion()) {
+            let unknown = unknown.help(format!("did you mean \"{meant}\"?"));
+            self.diagnostics.push(unknown.fix(written.span, format!("\"{meant}\"")));
             return None;
         }
         let kind = self.word(written, TYPES)?;
@@ -431,9 +432,9 @@ impl Reader<'_> {
                 (_, Some(way), ..) => diagnostic.help(way),
                 (_, _, AxisKind::Enum(names) | AxisKind::TextureFormat(names), Some(text)) => {
                     let names = names.iter().map(String::as_str);
-                    diagnostic.suggest(text, names, Some(written.span), |names| {
-                        format!("write one of {}, or add it to \"values\"", list_of(names.iter().copied()))
-                    })
+                    let others = format!("write one of {}, or add it to \"values\"", list_of(names.clone()));
+                    let diagnostic = diagnostic.suggest(text, names, Some(written.span), |_| others.clone());
+                    if diagnostic.fix.is_some() { diagnostic } else { diagnostic.help(others) }
                 }
                 _ => diagnostic.help(format!("write one of its values: {}", kind.describe())),
             });

@@ -68,13 +68,9 @@ pub(super) fn explain(module: &Module, error: &ValidationError) -> Option<Explai
         ValidationError::GlobalVariable {
             handle,
             source:
-                GlobalVariableError::Alignment(
-                    AddressSpace::Uniform,
-                    ty,
-                    Disalignment::ArrayStride { stride, .. },
-                ),
+                GlobalVariableError::Alignment(AddressSpace::Uniform, _, Disalignment::ArrayStride { stride, .. }),
             ..
-        } => array_in_uniform(module, *handle, *ty, *stride),
+        } => array_in_uniform(module, *handle, *stride),
         ValidationError::Function { handle, name, source } => {
             in_function(module, &module.functions[*handle], name, source)
         }
@@ -384,14 +380,10 @@ fn read_only(module: &Module, handle: Handle<GlobalVariable>) -> Option<Explaine
 }
 
 /// Explains an array of a uniform whose elements are closer than 16 bytes.
-fn array_in_uniform(
-    module: &Module,
-    variable: Handle<GlobalVariable>,
-    ty: Handle<Type>,
-    stride: u32,
-) -> Option<Explained> {
+fn array_in_uniform(module: &Module, variable: Handle<GlobalVariable>, stride: u32) -> Option<Explained> {
     let is_it = |ty: Handle<Type>| matches!(module.types[ty].inner, TypeInner::Array { stride: own, .. } if own == stride);
     let name = name_of(module, variable);
+    let ty = module.global_variables[variable].ty;
     let (what, array) = match &module.types[ty].inner {
         _ if is_it(ty) => (String::new(), ty),
         TypeInner::Struct { members, .. } => {

@@ -237,12 +237,9 @@ impl TemplateSet {
     /// Returns the errors in the axes of a template that prevent its rendering, such as conflicts with inherited axes
     /// and invalid declarations.
     pub(crate) fn axes_diagnostics(&self, template: &str) -> Vec<Diagnostic> {
-        let found = self.resolved().get(template);
-        found
-            .into_iter()
-            .flat_map(|found| found.diagnostics.iter().chain(&found.axes.lost.diagnostics))
-            .cloned()
-            .collect()
+        let Some(found) = self.resolved().get(template) else { return Vec::new() };
+        let lost = found.axes.lost.diagnostics.iter().filter(|one| !found.diagnostics.contains(one));
+        found.diagnostics.iter().chain(lost).cloned().collect()
     }
 
     /// Returns `true` if the declaration of at least one axis of the template is invalid.
@@ -337,7 +334,9 @@ impl TemplateSet {
             } else {
                 let message = format!("there is no template \"{other}\"");
                 let diagnostic = Diagnostic::error(codes::AXES_ORPHAN, *span, message);
-                diagnostics.push(self.suggest(diagnostic, other, Some(name)));
+                let diagnostic = self.suggest(diagnostic, other, Some(name));
+                own.lost.diagnostics.push(diagnostic.clone());
+                diagnostics.push(diagnostic);
             }
         }
         declaration.resolve(&mut own, diagnostics);

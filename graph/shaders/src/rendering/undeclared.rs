@@ -26,15 +26,12 @@ pub(super) fn way_out(
     let before = text.get(..range.start)?.trim_end();
     let after = text.get(range.end..)?.trim_start();
     if after.starts_with('(') {
-        let structure = &template.prepared.structure;
-        return Some(match &structure.extends {
+        return match &template.prepared.structure.extends {
             Some(base) if ["base", "parent", "inherited"].contains(&name) => {
-                format!("{{{{ super() }}}} is the text of this block in \"{base}\"")
+                Some(format!("{{{{ super() }}}} is the text of this block in \"{base}\""))
             }
-            _ => importable(set, name).unwrap_or_else(|| {
-                format!("no macro has this name: define it with {{% macro {name}() %}} … {{% endmacro %}}")
-            }),
-        });
+            _ => importable(set, name),
+        };
     }
     let stem = root.strip_suffix(".wgsl.jinja").unwrap_or(root);
     if template_name != root && set.axes(template_name).is_some_and(|axes| axes.get(name).is_some()) {

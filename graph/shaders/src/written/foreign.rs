@@ -11,9 +11,9 @@ use umbragraph_text::diagnostic::{list_of, suggested_name};
 /// Names of other languages, each with what WGSL has instead.
 #[rustfmt::skip]
 const NAMES: &[(&str, &str)] = &[
-    ("float", "f32"), ("int", "i32"), ("uint", "u32"), ("half", "f16"), ("double", "f32"), ("float1", "f32"),
+    ("float", "f32"), ("int", "i32"), ("uint", "u32"), ("half", "f32"), ("double", "f32"), ("float1", "f32"),
     ("float2", "vec2<f32>"), ("float3", "vec3<f32>"), ("float4", "vec4<f32>"),
-    ("half2", "vec2<f16>"), ("half3", "vec3<f16>"), ("half4", "vec4<f16>"),
+    ("half2", "vec2<f32>"), ("half3", "vec3<f32>"), ("half4", "vec4<f32>"),
     ("int2", "vec2<i32>"), ("int3", "vec3<i32>"), ("int4", "vec4<i32>"),
     ("ivec2", "vec2<i32>"), ("ivec3", "vec3<i32>"), ("ivec4", "vec4<i32>"),
     ("uint2", "vec2<u32>"), ("uint3", "vec3<u32>"), ("uint4", "vec4<u32>"),
@@ -106,7 +106,11 @@ pub(super) fn explain(text: &str, rejection: &mut Rejection, words: &[Range<usiz
     let found = message.rsplit_once("found \"").map_or("", |(_, found)| found.trim_end_matches('"'));
     let quoted = message.split('`').nth(1).unwrap_or_default();
     let help = if message.starts_with("no definition in scope") || message.starts_with("unknown type") {
-        let Some((_, instead)) = NAMES.iter().find(|(name, _)| *name == quoted) else { return false };
+        let known = NAMES.iter().find(|(name, _)| *name == quoted);
+        let Some((_, instead)) = known.filter(|_| is_type_or_call(text, &range) || quoted.starts_with("gl_"))
+        else {
+            return false;
+        };
         Some(format!("WGSL has no \"{quoted}\": use {instead}"))
     } else if message.starts_with("invalid field accessor") {
         return member(text, rejection, words, quoted);
@@ -133,6 +137,15 @@ pub(super) fn explain(text: &str, rejection: &mut Rejection, words: &[Range<usiz
     let is_known = help.is_some();
     rejection.help = help.or(rejection.help.take());
     is_known
+}
+
+/// Returns `true` if a name is called, or stands where a type is written.
+fn is_type_or_call(text: &str, range: &Range<usize>) -> bool {
+    let before = text.get(..range.start).unwrap_or_default();
+    let after = text.get(range.end..).unwrap_or_default().trim_start();
+    let is_argument = before.strip_suffix('<').is_some_and(|name| name.ends_with(char::is_alphanumeric));
+    let before = before.trim_end();
+    after.starts_with('(') || is_argument || before.ends_with(':') || before.ends_with("->")
 }
 
 fn global_item(found: &str) -> Option<&'static str> {
