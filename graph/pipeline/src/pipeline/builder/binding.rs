@@ -229,7 +229,7 @@ fn match_block(
         let axis = axis.map_or(String::new(), |(name, _)| format!(" (the axis \"{name}\" is {declared})"));
         format!(
             "{} published with {published} elements, but the shader declares {declared}{axis}",
-            if let [name] = &names[..] { format!("{name} is") } else { format!("{} are", list_of(names)) }
+            if let [name] = &names[..] { format!("{name} is") } else { format!("{} are", list_of(&names)) }
         )
     }));
     // An array without a count at the end of a storage block is as long as what is published.

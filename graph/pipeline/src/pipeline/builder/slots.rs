@@ -104,7 +104,8 @@ impl PassBuilder<'_> {
         };
         let otherwise = || match names {
             [] => format!("it has no {known}: remove this"),
-            [only] => format!("is \"{only}\" meant?"),
+            // The only one to which nothing is bound.
+            [only] if member.is_none() && program.bindings.len() > 1 => format!("is \"{only}\" meant?"),
             names => format!("its {known} are {}", list_of(names)),
         };
         // Of the axes in which another variant differs, those that it takes; none where the search was cut short.
