@@ -52,6 +52,9 @@ umbragraph_text::codes! {
     /// A template compares an axis with a value that the axis cannot have.
     AXIS_COMPARED = "UG0518", "comparison with no value of an axis",
         "A template compares an axis with a word or a number that is none of the values that the axis declares: `{% if filter == \"pfc\" %}`. Such a comparison has the same outcome always, so that text is missing from every variant, or stands in each.";
+    /// A part of a template does not fit to the template that it extends or imports from.
+    TEMPLATES_MISFIT = "UG0519", "template does not fit to another",
+        "A template that extends another has a block that the other does not have, or WGSL outside of blocks; or a template imports a macro that the other does not have. The template engine drops such text silently.\n\nThe text of a template that extends another stands in blocks: `{% extends \"forward.wgsl.jinja\" %}{% block lighting %} … {% endblock %}`. A block of its own can stand within these.";
     /// The generated WGSL does not parse in naga.
     WGSL_SYNTAX = "UG0520", "WGSL does not parse",
         "The generated WGSL is not well-formed, or names something that does not exist. The place is that of the template text which the generated text came from; the generated line is shown beside it.";

@@ -11,7 +11,7 @@ use super::condition::Condition;
 use super::constraint::{Constraint, Rule};
 use super::set::{Axes, Lost};
 use crate::codes;
-use umbragraph_text::diagnostic::{AxisValue, Diagnostic, Diagnostics};
+use umbragraph_text::diagnostic::{AxisValue, Diagnostic, Diagnostics, list_of};
 use umbragraph_text::document::schema::{unknown_key, unknown_word};
 use umbragraph_text::document::{Entry, Value};
 use umbragraph_text::language::parse_format;
@@ -130,6 +130,10 @@ impl Reader<'_> {
         self.diagnostics.push(Diagnostic::error(codes::AXIS_DECLARATION, span, message));
     }
 
+    fn wrong_with(&mut self, span: Span, message: impl Into<String>, help: impl Into<String>) {
+        self.diagnostics.push(Diagnostic::error(codes::AXIS_DECLARATION, span, message).help(help));
+    }
+
     fn entries<'v>(&mut self, value: &'v Value, what: &str) -> &'v [Entry] {
         value.entries().unwrap_or_else(|| {
             self.wrong(value.span, format!("{what} is an object, not {}", value.kind_name()));
@@ -198,7 +202,19 @@ impl Reader<'_> {
                         self.constraint(constraint);
                     }
                 }
-                _ => self.diagnostics.push(unknown_key(entry, KEYS, root.entries().unwrap_or_default())),
+                _ => {
+                    let mut unknown = unknown_key(entry, KEYS, root.entries().unwrap_or_default());
+                    if entry.value.get("type").is_some() && !unknown.has_suggestion() {
+                        let key = &entry.key;
+                        unknown = unknown.help(format!(
+                            "axes stand under \"axes\": {{ \"axes\": {{ \"{key}\": {{ \"type\": … }} }} }}"
+                        ));
+                        let lost = &mut self.declaration.axes.lost;
+                        lost.names.insert(key.clone());
+                        lost.diagnostics.push(unknown.clone());
+                    }
+                    self.diagnostics.push(unknown);
+                }
             }
         }
     }
@@ -251,6 +267,12 @@ impl Reader<'_> {
     fn kind(&mut self, entry: &Entry) -> Option<AxisKind> {
         const TYPES: &[&str] = &["bool", "enum", "integer", "texture_format"];
         let written = self.required(entry, "axis", "type")?;
+        let unknown = unknown_word(written, TYPES);
+        if let Some(meant) = written.text().and_then(meant_type).filter(|_| !unknown.has_suggestion()) {
+            let unknown = unknown.help(format!("did you mean \"{meant}\"?"));
+            self.diagnostics.push(unknown.fix(written.span, format!("\"{meant}\"")));
+            return None;
+        }
         let kind = self.word(written, TYPES)?;
         let allowed: &[&str] = match kind {
             "enum" | "texture_format" => &["values"],
@@ -266,11 +288,15 @@ impl Reader<'_> {
         match kind {
             "integer" => {
                 let (min, max) = (self.integer(entry, "min")?, self.integer(entry, "max")?);
-                if min > max || max.abs_diff(min) >= 1 << 32 {
-                    self.wrong(
-                        entry.value.span,
-                        format!("the range {min} to {max} is empty or spans over 2^32 values"),
-                    );
+                let place = entry.value.get("min").map_or(entry.value.span, |min| min.span);
+                if min > max {
+                    let message = format!("\"min\" ({min}) is larger than \"max\" ({max})");
+                    self.wrong_with(place, message, format!("write \"min\": {max}, \"max\": {min}"));
+                    return None;
+                }
+                if max.abs_diff(min) >= 1 << 32 {
+                    let message = format!("the range {min} to {max} has more than 2^32 values");
+                    self.wrong_with(place, message, "raise \"min\" or lower \"max\"");
                     return None;
                 }
                 Some(AxisKind::Integer { min, max })
@@ -284,7 +310,15 @@ impl Reader<'_> {
     fn required<'v>(&mut self, entry: &'v Entry, what: &str, key: &str) -> Option<&'v Value> {
         let value = entry.value.get(key);
         if value.is_none() {
-            self.wrong(entry.key_span, format!("the {what} \"{}\" has no \"{key}\"", entry.key));
+            let help = match key {
+                "type" => "write \"type\": \"bool\", \"enum\", \"integer\" or \"texture_format\"",
+                "values" if entry.value.get("type").and_then(Value::text) == Some("texture_format") => {
+                    "list the formats: \"values\": [\"rgba16float\", \"rgba8unorm\"]"
+                }
+                "values" => "list the words: \"values\": [\"low\", \"high\"]",
+                _ => "write the range of the axis: \"min\": 1, \"max\": 8",
+            };
+            self.wrong_with(entry.key_span, format!("the {what} \"{}\" has no \"{key}\"", entry.key), help);
         }
         value
     }
@@ -376,10 +410,34 @@ impl Reader<'_> {
         };
         let value = written.decode().ok().filter(|value| kind.contains(value));
         if value.is_none() {
-            self.wrong(
-                written.span,
-                format!("the default of \"{}\" is none of its values ({})", entry.key, kind.describe()),
-            );
+            let text = written.text();
+            let unquoted = text.and_then(|text| match (kind, text) {
+                (AxisKind::Bool, "true" | "false") => Some(text.to_owned()),
+                (AxisKind::Integer { .. }, text) => {
+                    let number = text.parse().ok().map(AxisValue::Integer);
+                    number.filter(|number| kind.contains(number)).map(|number| number.to_string())
+                }
+                _ => None,
+            });
+            let beyond = written.decode::<i64>().ok().and_then(|number| match kind {
+                AxisKind::Integer { min, .. } if number < *min => Some("raise it, or lower \"min\""),
+                AxisKind::Integer { max, .. } if number > *max => Some("lower it, or raise \"max\""),
+                _ => None,
+            });
+            let message =
+                format!("the default of \"{}\" is none of its values ({})", entry.key, kind.describe());
+            let diagnostic = Diagnostic::error(codes::AXIS_DECLARATION, written.span, message);
+            self.diagnostics.push(match (unquoted, beyond, kind, text) {
+                (Some(value), ..) => diagnostic.help(format!("write it without quotes: {value}")),
+                (_, Some(way), ..) => diagnostic.help(way),
+                (_, _, AxisKind::Enum(names) | AxisKind::TextureFormat(names), Some(text)) => {
+                    let names = names.iter().map(String::as_str);
+                    let others = format!("write one of {}, or add it to \"values\"", list_of(names.clone()));
+                    let diagnostic = diagnostic.suggest(text, names, Some(written.span), |_| others.clone());
+                    if diagnostic.fix.is_some() { diagnostic } else { diagnostic.help(others) }
+                }
+                _ => diagnostic.help(format!("write one of its values: {}", kind.describe())),
+            });
         }
         value
     }
@@ -427,6 +485,17 @@ impl Reader<'_> {
             }
         }
         conditions
+    }
+}
+
+/// The type of axes that another language names in this way.
+fn meant_type(word: &str) -> Option<&'static str> {
+    match word {
+        "int" | "uint" | "i32" | "u32" | "number" | "range" => Some("integer"),
+        "boolean" | "switch" | "flag" => Some("bool"),
+        "word" | "string" | "enumeration" | "choice" => Some("enum"),
+        "format" => Some("texture_format"),
+        _ => None,
     }
 }
 

@@ -5,6 +5,7 @@ pub(crate) mod filters;
 pub(crate) mod guard;
 pub(crate) mod length;
 pub(crate) mod scan;
+pub(crate) mod structure;
 pub(crate) mod syntax_help;
 pub(crate) mod template;
 pub(crate) mod tree;

@@ -106,6 +106,17 @@ pub(crate) fn diagnostic(template: &Template, detail: &str, place: Option<Range<
         let written = Some(span(place.clone())).filter(|_| text.get(place.clone()) == Some(name));
         return statement(diagnostic, name, written, open_blocks(template, place.start).pop(), &span);
     }
+    if let Some(name) = detail.strip_prefix("block '").and_then(|rest| rest.strip_suffix("' defined twice")) {
+        let mut tags = template.scan.tags.iter();
+        let first = tags.find(|tag| tag.keyword(text) == Some("block") && tag.word(text, 1) == Some(name));
+        let first = first.map(|tag| span(tag.range.clone()));
+        let diagnostic =
+            diagnostic.help("give one of the two another name, or put both texts into one block");
+        return first.into_iter().fold(diagnostic, |diagnostic, at| diagnostic.related(at, "the first"));
+    }
+    if let Some((tag, condition)) = else_if(template, &place) {
+        return error(tag, "{% else if %} does not exist").help(format!("write {{% elif {condition} %}}"));
+    }
     let help = if detail.starts_with("unexpected `=`") {
         "compare with =="
     } else if detail.ends_with("expected assignment operator") {
@@ -114,10 +125,25 @@ pub(crate) fn diagnostic(template: &Template, detail: &str, place: Option<Range<
         "write {% for NAME in LIST %}"
     } else if detail.starts_with("unexpected end of") {
         "an expression is missing in front of it"
+    } else if detail.ends_with("expected end of variable block") {
+        "the expression ends here: close it with }}"
+    } else if detail.ends_with("expected end of block") {
+        "the tag ends here: close it with %}"
     } else {
         "tags are {% if sscs %}, {{ taps }} and {# a comment #}"
     };
     diagnostic.help(help)
+}
+
+/// The words `else if` of the tag at a place, with the condition behind them; `None` for other tags.
+fn else_if<'t>(template: &'t Template, place: &Range<usize>) -> Option<(Range<usize>, &'t str)> {
+    let text = &template.text;
+    let mut tags = template.scan.tags.iter();
+    let tag = tags.find(|tag| tag.range.start <= place.start && place.start < tag.range.end)?;
+    let is_it = tag.keyword(text) == Some("else") && tag.word(text, 1) == Some("if") && tag.words.len() > 2;
+    let (first, last) = (tag.words.first()?, tag.words.last()?);
+    let condition = text.get(tag.words.get(2)?.range.start..last.range.end)?;
+    is_it.then(|| (first.range.start..tag.words[1].range.end, condition))
 }
 
 fn statement(

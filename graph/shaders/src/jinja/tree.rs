@@ -15,11 +15,12 @@
 use std::collections::BTreeSet;
 use std::ops::Range;
 
-use minijinja::machinery::ast::{BinOpKind, Call, CallArg, CompareOpKind, Expr, Stmt};
+use minijinja::machinery::ast::{BinOpKind, Call, CallArg, CompareOpKind, Expr, Spanned, Stmt};
 use minijinja::machinery::{Span, parse};
 
 use super::guard::{FACTOR, FITS, INDEXED, PLAIN_FUNCTIONS, SEEN};
 use super::scan::syntax;
+use super::structure::Structure;
 
 /// The maximum number of operands in a chain of one operator between two size checks.
 const LINKS: usize = 16;
@@ -50,6 +51,7 @@ pub(crate) struct Prepared {
     /// The insertions in order: byte offset in the original template and length in bytes.
     insertions: Vec<(usize, usize)>,
     pub(crate) names: Names,
+    pub(crate) structure: Structure,
 }
 
 impl Prepared {
@@ -72,9 +74,9 @@ impl Prepared {
 
 /// Inserts checks of value sizes into a template, so that rendering cannot exhaust memory.
 pub(crate) fn prepare(text: &str) -> Prepared {
-    let (inserted, names) = read(text);
-    let mut prepared =
-        Prepared { text: String::with_capacity(text.len() + 256), insertions: Vec::new(), names };
+    let (inserted, names, structure) = read(text);
+    let prepared = String::with_capacity(text.len() + 256);
+    let mut prepared = Prepared { text: prepared, insertions: Vec::new(), names, structure };
     let mut copied = 0;
     for (at, insertion) in inserted {
         prepared.text.push_str(&text[copied..at]);
@@ -86,20 +88,20 @@ pub(crate) fn prepare(text: &str) -> Prepared {
     prepared
 }
 
-/// Returns the size checks to insert, each with its byte offset, and the names in the template. Both lists are empty if
-/// minijinja cannot parse the template.
-fn read(text: &str) -> (Vec<(usize, String)>, Names) {
+/// Returns the size checks to insert, each with its byte offset, and the names and parts of the template. All are empty
+/// if minijinja cannot parse the template.
+fn read(text: &str) -> (Vec<(usize, String)>, Names, Structure) {
     let Ok(template) = parse(text, "", syntax()) else { return Default::default() };
-    let mut found = Found::default();
+    let mut found = Found { structure: Structure::of(&template, text), ..Found::default() };
     found.statement(&template);
-    let Found { starts, mut ends, mut names } = found;
+    let Found { starts, mut ends, mut names, structure } = found;
     // What begins further out was found first, and what ends further out has to end last.
     ends.reverse();
     ends.extend(starts);
     ends.sort_by_key(|(at, _)| *at);
     names.uses.sort_by_key(|(_, range)| range.start);
     names.compared.sort_by_key(|compared| compared.range.start);
-    (ends, names)
+    (ends, names, structure)
 }
 
 #[derive(Default)]
@@ -107,6 +109,7 @@ struct Found {
     starts: Vec<(usize, String)>,
     ends: Vec<(usize, String)>,
     names: Names,
+    structure: Structure,
 }
 
 impl Found {
@@ -243,7 +246,8 @@ impl Found {
         }
     }
 
-    fn call(&mut self, one: &Call<'_>) {
+    fn call(&mut self, one: &Spanned<Call<'_>>) {
+        self.structure.call(one);
         self.expression(&one.expr);
         self.arguments(&one.args);
     }

@@ -14,6 +14,7 @@ use naga::front::wgsl::ParseError;
 use naga::valid::{EntryPointError, FunctionError, ValidationError};
 use naga::{GlobalVariable, Handle, Module, Span, Type, WithSpan};
 
+use super::invalid;
 use crate::codes;
 use crate::rules::uniformity;
 use crate::written::rejection::{Rejection, Scope, one_line};
@@ -27,6 +28,7 @@ pub(crate) fn parse(text: &str, error: &ParseError) -> Rejection {
     let mut message = one_line(error.message()).replace("found \"\"", "found the end of the text");
     if let Some((_, label)) = &first
         && !label.is_empty()
+        && label != "see msg"
         && !message.contains(label.as_str())
     {
         message = format!("{message} ({})", one_line(label));
@@ -67,6 +69,7 @@ pub(crate) fn validation(code: Code, module: &Module, error: &WithSpan<Validatio
     if let Some(rejection) = non_uniform(module, error.as_inner()) {
         return rejection;
     }
+    let explained = invalid::explain(module, error.as_inner());
     let mut cause = error.as_inner().to_string();
     let mut next = error.as_inner().source();
     while let Some(source) = next {
@@ -110,7 +113,13 @@ pub(crate) fn validation(code: Code, module: &Module, error: &WithSpan<Validatio
         ValidationError::EntryPoint { .. } => Scope::Interface,
         _ => Scope::Declaration,
     };
-    Rejection { range, scope, ..Rejection::new(code, format!("{cause}{context}"), Span::UNDEFINED) }
+    let rejection = Rejection { range, scope, ..Rejection::new(code, String::new(), Span::UNDEFINED) };
+    match explained {
+        Some(invalid::Explained { message, range, labels, help }) => {
+            Rejection { message, range: range.or(rejection.range), labels, help, ..rejection }
+        }
+        None => Rejection { message: format!("{cause}{context}"), ..rejection },
+    }
 }
 
 /// Replaces naga's error about non-uniform control flow by the rejection from this crate's analysis, which names the

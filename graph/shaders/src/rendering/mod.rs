@@ -2,6 +2,7 @@
 
 pub(crate) mod aside;
 pub(crate) mod context;
+mod fitting;
 pub(crate) mod markers;
 pub(crate) mod parts;
 pub(crate) mod placement;
@@ -10,3 +11,4 @@ pub(crate) mod template_error;
 pub(crate) mod templates;
 mod twice;
 mod unchanged;
+mod undeclared;

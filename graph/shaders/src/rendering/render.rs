@@ -14,7 +14,7 @@ use minijinja::value::{Object, Value};
 use super::context::{fixed_context, to_template_value};
 use super::placement::Placement;
 use super::templates::TemplateSet;
-use super::{aside, template_error};
+use super::{aside, template_error, undeclared};
 use crate::axes::{Axes, AxisMode};
 use crate::codes;
 use crate::jinja::{filters, guard};
@@ -38,17 +38,15 @@ pub(crate) fn render(
     });
     let result = render_with(set, name, Value::from_dyn_object(context.clone()));
     let reads = std::mem::take(&mut *context.reads.lock().unwrap_or_else(PoisonError::into_inner));
-    let undeclared = undeclared_names(set, name, &reads.unknown);
+    let unknown = undeclared_names(set, name, &reads.unknown);
     match result {
-        Ok(source) if undeclared.is_empty() => Ok((source, reads.axes)),
-        Ok(_) => Err(undeclared),
+        Ok(source) if unknown.is_empty() => Ok((source, reads.axes)),
+        Ok(_) => Err(unknown),
         // An undefined name fails the rendering as well; the diagnostic that knows the name is the better one.
-        Err(diagnostic) if diagnostic.code == codes::UNDECLARED_NAME && !undeclared.is_empty() => {
-            Err(undeclared)
-        }
+        Err(diagnostic) if diagnostic.code == codes::UNDECLARED_NAME && !unknown.is_empty() => Err(unknown),
         Err(diagnostic) => {
-            let follows = calls_one_of(&undeclared, &diagnostic);
-            let mut diagnostics = undeclared;
+            let follows = calls_one_of(&unknown, &diagnostic);
+            let mut diagnostics = unknown;
             diagnostics.extend(Some(*diagnostic).filter(|_| !follows));
             Err(diagnostics)
         }
@@ -286,6 +284,10 @@ pub(crate) fn undeclared_names(set: &TemplateSet, root: &str, unknown: &BTreeSet
                 "\"{name}\" is an override axis: a constant of the WGSL, no variable of the template"
             );
             diagnostics.push(Diagnostic::error(codes::AXIS_OVERRIDE, diagnostic.place, message));
+            continue;
+        }
+        if let Some(way) = undeclared::way_out(set, root, file, name, &range) {
+            diagnostics.push(diagnostic.help(way));
             continue;
         }
         let names = axes.into_iter().flat_map(Axes::names).chain(guard::PLAIN_FUNCTIONS);

@@ -8,8 +8,10 @@ use std::error::Error as _;
 use minijinja::{Error, ErrorKind};
 
 use super::templates::TemplateSet;
+use super::undeclared;
 use crate::codes;
 use crate::jinja::scan::WordKind;
+use crate::jinja::structure::Call;
 use crate::jinja::template::Template;
 use crate::jinja::{filters, guard, syntax_help};
 use umbragraph_text::diagnostic::{Code, Diagnostic, Place, list_of};
@@ -64,13 +66,60 @@ pub(crate) fn explain(set: &TemplateSet, root: &str, error: &Error, last: Option
     }
     if let Some((name, known)) = unknown_function(innermost) {
         let written = written(WordKind::Identifier, name);
-        diagnostic = diagnostic
-            .suggest(name, known.iter().copied(), written, |names| format!("there are {}", list_of(names)));
+        let import = undeclared::importable(set, name);
+        diagnostic = diagnostic.suggest(name, known.iter().copied(), written, |names| {
+            import.unwrap_or_else(|| format!("there are {}", list_of(names)))
+        });
+    }
+    if let (ErrorKind::UndefinedError, Some((_, span))) = (innermost.kind(), placed.last()) {
+        diagnostic = missing_argument(set, *span).unwrap_or(diagnostic);
+    }
+    if diagnostic.message == "number is not iterable"
+        && let Some(help) = placed.last().and_then(|(_, span)| range_of(set, *span))
+    {
+        diagnostic.help = Some(help);
     }
     for (_, span) in placed.iter().rev().skip(1).take(8) {
         diagnostic = diagnostic.related(*span, "included from here");
     }
     diagnostic
+}
+
+/// The diagnostic for a call of a macro without an argument that the macro reads at a place; `None` if nothing there is
+/// such an argument.
+fn missing_argument(set: &TemplateSet, span: Span) -> Option<Diagnostic> {
+    let templates = || set.templates.values();
+    let template = templates().find(|template| template.file == span.file)?;
+    let read = template.text.get(span.range())?;
+    let macros = template.prepared.structure.macros.iter();
+    let is_inside =
+        |range: &std::ops::Range<usize>| range.start <= span.range().start && span.range().end <= range.end;
+    let defined = macros.filter(|one| is_inside(&one.range)).max_by_key(|one| one.range.start)?;
+    let at = defined.arguments.iter().take(defined.required).position(|argument| argument == read)?;
+    let calls = templates()
+        .flat_map(|template| template.prepared.structure.calls.iter().map(move |call| (template.file, call)));
+    let lacks = |call: &Call| call.positional <= at && !call.named.iter().any(|name| name == read);
+    let (file, call) = { calls }.find(|(_, call)| call.name == defined.name && lacks(call))?;
+    let message =
+        format!("the macro {}({}) is called without \"{read}\"", defined.name, defined.arguments.join(", "));
+    let place = Span::new(file, call.range.clone());
+    let help = format!("give it a value for \"{read}\"");
+    let diagnostic = Diagnostic::error(codes::TEMPLATE_EVALUATION, place, message).help(help);
+    Some(diagnostic.related(span, "read here"))
+}
+
+/// The help for a `for` tag at a place that loops over a number; `None` for other tags.
+fn range_of(set: &TemplateSet, span: Span) -> Option<String> {
+    let template = set.templates.values().find(|template| template.file == span.file)?;
+    let text = &template.text;
+    let mut tags = template.scan.tags.iter();
+    let tag = tags.find(|tag| tag.range.start <= span.range().start && span.range().start < tag.range.end)?;
+    tag.keyword(text).filter(|keyword| *keyword == "for")?;
+    let word = |at: usize| tag.word(text, at);
+    // `for NAME in NUMBER`
+    let is_plain = tag.words.len() == 4 && word(2) == Some("in");
+    let (name, number) = (word(1)?, word(3)?);
+    is_plain.then(|| format!("write {{% for {name} in range({number}) %}}, which counts from 0"))
 }
 
 fn chain(error: &Error) -> Vec<&Error> {

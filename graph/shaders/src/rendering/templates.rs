@@ -14,6 +14,7 @@ use std::sync::{Arc, OnceLock};
 
 use minijinja::Environment;
 
+use super::fitting;
 use super::markers::MarkedTemplates;
 use super::placement::Placement;
 use crate::axes;
@@ -236,12 +237,9 @@ impl TemplateSet {
     /// Returns the errors in the axes of a template that prevent its rendering, such as conflicts with inherited axes
     /// and invalid declarations.
     pub(crate) fn axes_diagnostics(&self, template: &str) -> Vec<Diagnostic> {
-        let found = self.resolved().get(template);
-        found
-            .into_iter()
-            .flat_map(|found| found.diagnostics.iter().chain(&found.axes.lost.diagnostics))
-            .cloned()
-            .collect()
+        let Some(found) = self.resolved().get(template) else { return Vec::new() };
+        let lost = found.axes.lost.diagnostics.iter().filter(|one| !found.diagnostics.contains(one));
+        found.diagnostics.iter().chain(lost).cloned().collect()
     }
 
     /// Returns `true` if the declaration of at least one axis of the template is invalid.
@@ -272,7 +270,7 @@ impl TemplateSet {
 
     /// Adds diagnostics about the consistency of the set. It reports declarations of axes without a template, missing
     /// inherited templates, and conflicting declarations. It also reports contradictory constraints, defaults that
-    /// violate constraints, and comparisons of axes with impossible values.
+    /// violate constraints, comparisons of axes with impossible values, and parts that appear nowhere.
     pub fn check(&self, diagnostics: &mut Diagnostics) {
         let templates: BTreeSet<&str> = self.names().map(stem).collect();
         for (name, declared) in &self.declarations {
@@ -298,6 +296,7 @@ impl TemplateSet {
             let resolve = |name: &String| {
                 let mut diagnostics = Vec::new();
                 let axes = self.collect(name, &mut BTreeMap::new(), &mut diagnostics);
+                diagnostics.extend(fitting::check(&self.templates, name));
                 let clash = clash(name, &axes);
                 let defaults = axes.defaults();
                 for constraint in axes.violated(&defaults).filter(|_| clash.is_none()) {
@@ -335,7 +334,9 @@ impl TemplateSet {
             } else {
                 let message = format!("there is no template \"{other}\"");
                 let diagnostic = Diagnostic::error(codes::AXES_ORPHAN, *span, message);
-                diagnostics.push(self.suggest(diagnostic, other, Some(name)));
+                let diagnostic = self.suggest(diagnostic, other, Some(name));
+                own.lost.diagnostics.push(diagnostic.clone());
+                diagnostics.push(diagnostic);
             }
         }
         declaration.resolve(&mut own, diagnostics);

@@ -42,7 +42,8 @@ const READERS: &[&str] = &[
 ];
 
 fn readers(reader: &str) -> Fixture {
-    let main = format!("{reader}\n{FRAGMENT}");
+    let fragment = if reader.contains("extends") { "" } else { FRAGMENT };
+    let main = format!("{reader}\n{fragment}");
     Fixture::sound(&[
         ("main.wgsl.jinja", &main),
         ("main.axes.json", AXES),

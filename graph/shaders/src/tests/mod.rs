@@ -7,6 +7,7 @@ mod composing;
 mod creation;
 mod dead;
 mod exploring;
+mod messages;
 mod mutations;
 mod parts;
 mod provenance;

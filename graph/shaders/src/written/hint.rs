@@ -11,6 +11,7 @@ use std::collections::BTreeSet;
 use std::ops::Range;
 
 use super::complexity;
+use super::foreign;
 use super::rejection::Rejection;
 use umbragraph_text::diagnostic::suggested_name;
 
@@ -27,8 +28,10 @@ pub(crate) fn improve(text: &str, mut rejection: Rejection) -> Rejection {
             rejection.labels.insert(0, (noticed, format!("noticed here: {}", rejection.message)));
         }
         rejection.message = message;
-    } else if let Some((name, range)) = suggested(text, &rejection.message, &words) {
-        rejection.labels.push((range, format!("\"{name}\" is here")));
+    } else if foreign::explain(text, &mut rejection, &words) {
+        return rejection;
+    } else if let Some((name, range)) = suggested(text, &rejection, &words) {
+        rejection.labels.extend(range.map(|range| (range, format!("\"{name}\" is here"))));
         rejection.help = Some(format!("did you mean \"{name}\"?"));
     } else if let Some(structs) = structs(text, &rejection, &words) {
         rejection.help = Some(format!("the structs here are {structs}"));
@@ -73,20 +76,33 @@ fn unmatched(text: &str, words: &[Range<usize>]) -> Option<(Range<usize>, String
     open.first().map(|last| never_closed(last))
 }
 
-/// The name in the module that is most similar to the unknown name in naga's message, with the byte range where it
-/// first occurs. `None` if no name is similar.
-fn suggested<'t>(text: &'t str, message: &str, words: &[Range<usize>]) -> Option<(&'t str, Range<usize>)> {
+/// The name in the module, or the function of WGSL, that is most similar to the unknown name in naga's message, with the
+/// byte range where it first occurs. `None` if no name is similar. A function is suggested for a call only.
+fn suggested<'t>(
+    text: &'t str,
+    rejection: &Rejection,
+    words: &[Range<usize>],
+) -> Option<(&'t str, Option<Range<usize>>)> {
     const UNKNOWN: [&str; 3] = ["no definition in scope", "unknown type", "invalid field accessor"];
+    let message = &rejection.message;
     if !UNKNOWN.iter().any(|start| message.starts_with(start)) {
         return None;
     }
     // Short names are close to everything.
     let name = message.split('`').nth(1).filter(|name| name.len() > 3)?;
-    let is_name =
-        |word: &&str| *word != name && word.starts_with(|each: char| each.is_alphabetic() || each == '_');
-    let names: BTreeSet<&str> = words.iter().map(|range| &text[range.clone()]).filter(is_name).collect();
+    let is_called = |end: usize| text.get(end..).is_some_and(|rest| rest.trim_start().starts_with('('));
+    let is_call = rejection.range.as_ref().is_some_and(|range| is_called(range.end));
+    let is_name = |range: &&Range<usize>| {
+        let word = &text[(*range).clone()];
+        word != name
+            && word.starts_with(|each: char| each.is_alphabetic() || each == '_')
+            && (!is_call || is_called(range.end))
+    };
+    let written = words.iter().filter(is_name).map(|range| &text[range.clone()]);
+    let functions = is_call.then(foreign::functions).into_iter().flatten().map(|name| -> &'t str { name });
+    let names: BTreeSet<&'t str> = written.chain(functions).collect();
     let suggested = suggested_name(name, names)?;
-    words.iter().find(|range| &text[(*range).clone()] == suggested).map(|range| (suggested, range.clone()))
+    Some((suggested, words.iter().find(|range| &text[(*range).clone()] == suggested).cloned()))
 }
 
 #[cfg(test)]

@@ -4,6 +4,7 @@ pub(crate) mod attributes;
 pub(crate) mod complexity;
 pub(crate) mod constructors;
 pub(crate) mod declarations;
+mod foreign;
 pub(crate) mod hint;
 pub(crate) mod ir;
 pub(crate) mod letters;

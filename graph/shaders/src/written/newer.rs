@@ -9,7 +9,7 @@ use super::rejection::Rejection;
 
 /// WGSL features that naga does not support. Each has a part of naga's error message, the name of the feature, and a
 /// workaround.
-const KNOWN: [(&str, &str, &str); 11] = [
+const KNOWN: [(&str, &str, &str); 10] = [
     (
         "which can't be passed into functions",
         "\"unrestricted_pointer_parameters\"",
@@ -52,11 +52,6 @@ const KNOWN: [(&str, &str, &str); 11] = [
         "give one of them a suffix, as 1f; a number that is too large is an error in browsers, too",
     ),
     ("attribute(s) not yet implemented", "\"@diagnostic\" within a function", "put it before the function"),
-    (
-        "The `return` expression None does not match",
-        "that a loop can end every way through a function",
-        "write a \"return\" behind the loop; a way without any is an error in browsers, too",
-    ),
 ];
 
 /// Adds help to a rejection by naga if an unsupported WGSL feature caused it: the name of the feature and a workaround.

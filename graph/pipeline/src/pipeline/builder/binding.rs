@@ -11,7 +11,7 @@ use crate::pipeline::configuration::TypedPipeline;
 use crate::pipeline::program::Program;
 use crate::pipeline::resource::{Resource, ResourceKind};
 use crate::work::{Address, BlockLayout, BlockRun, BlockValues, BoundSlot, Compare, Filter, SlotSource};
-use umbragraph_shaders::{Member, Scalar, ScalarKind, TypeLayout};
+use umbragraph_shaders::{AxisValue, AxisValues, Member, Scalar, ScalarKind, TypeLayout};
 use umbragraph_text::diagnostic::{list_of, suggested_name};
 use umbragraph_text::language::{Expr, Ref, TextureShape, Word};
 
@@ -138,12 +138,15 @@ pub(crate) fn block_layout(
     resources: &[Resource],
 ) -> Option<Result<BlockLayout, Vec<String>>> {
     let block = program.binding_at(slot.group, slot.binding)?.block.as_ref()?;
+    let match_block = |shape: &DataShape, name: &str, values: Option<&BlockValues>| {
+        match_block(block, shape, name, values, &program.axes)
+    };
     match &slot.source {
-        SlotSource::View => Some(match_block(block, &View::shape(), "view", None)),
+        SlotSource::View => Some(match_block(&View::shape(), "view", None)),
         SlotSource::Data { data, values } => {
             let known = resources.get(data.resource.index())?;
             let ResourceKind::Data(Some(shape)) = &known.kind else { return None };
-            Some(match_block(block, shape, &known.name, values.as_ref()))
+            Some(match_block(shape, &known.name, values.as_ref()))
         }
         _ => None,
     }
@@ -179,6 +182,7 @@ fn match_block(
     shape: &DataShape,
     data_name: &str,
     values: Option<&BlockValues>,
+    axes: &AxisValues,
 ) -> Result<BlockLayout, Vec<String>> {
     let TypeLayout::Struct { members, .. } = block else {
         return Err(vec![format!(
@@ -187,6 +191,8 @@ fn match_block(
     };
     let mut runs = Vec::new();
     let mut errors = Vec::new();
+    // The members whose arrays differ by their counts alone, by published and declared count.
+    let mut counts: BTreeMap<(u32, u32), Vec<String>> = BTreeMap::new();
     let is_given =
         |name: &str| values.is_some_and(|values| values.expressions.iter().any(|(given, _)| given == name));
     for member in flattened(members).iter().filter(|member| !is_given(&member.name)) {
@@ -207,17 +213,38 @@ fn match_block(
                 count,
                 offset,
             })),
-            None => errors.push(format!(
-                "\"{}\" is published as {value}, but the shader declares {}",
-                member.name,
-                member.layout.spelling()
-            )),
+            None => match other_count(&member.layout, value) {
+                Some(both) => counts.entry(both).or_default().push(format!("\"{}\"", member.name)),
+                None => errors.push(format!(
+                    "\"{}\" is published as {value}, but the shader declares {}",
+                    member.name,
+                    member.layout.spelling()
+                )),
+            },
         }
     }
+    errors.extend(counts.into_iter().map(|((published, declared), names)| {
+        let mut same = axes.iter().filter(|(_, value)| **value == AxisValue::Integer(declared.into()));
+        let axis = same.next().filter(|_| same.next().is_none());
+        let axis = axis.map_or(String::new(), |(name, _)| format!(" (the axis \"{name}\" is {declared})"));
+        format!(
+            "{} published with {published} elements, but the shader declares {declared}{axis}",
+            if let [name] = &names[..] { format!("{name} is") } else { format!("{} are", list_of(&names)) }
+        )
+    }));
     // An array without a count at the end of a storage block is as long as what is published.
     let end = runs.iter().map(|run: &BlockRun| run.offset + run.count * 4).max().unwrap_or(0);
     let size = if end > block.size() { end.next_multiple_of(block.align().max(4)) } else { block.size() };
     if errors.is_empty() { Ok(BlockLayout { size, runs }) } else { Err(errors) }
+}
+
+/// The published and the declared number of elements of an array that would fit with another number; `None` for all
+/// else.
+fn other_count(layout: &TypeLayout, value: ValueType) -> Option<(u32, u32)> {
+    let TypeLayout::Array { element, count, .. } = layout else { return None };
+    let (published, declared) = (value.count?, (*count)?);
+    let fits = element_type(element)? == ValueType { count: None, ..value } && published != declared;
+    fits.then_some((published, declared))
 }
 
 /// Returns the members of a struct. An array of structs becomes an array for each member of its struct, named

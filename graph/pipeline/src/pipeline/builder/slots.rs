@@ -31,11 +31,15 @@ impl PassBuilder<'_> {
         let program: Arc<Program> = self.shared.programs.list[program.index()].clone();
         let mut fine = true;
         let mut unknown: Vec<&str> = Vec::new();
+        let renamed = renamed(&program, bind, geometry.is_some());
         for name in bind.keys() {
             if program.binding(name).is_some() {
                 continue;
             }
-            let names: Vec<&str> = program.bindings.iter().map(|binding| binding.name.as_str()).collect();
+            let mut names: Vec<&str> = program.bindings.iter().map(|binding| binding.name.as_str()).collect();
+            if let Some((_, unbound)) = renamed.filter(|(written, _)| *written == name) {
+                names = vec![unbound];
+            }
             let here = document::pointer_join(&at, name);
             if !self.is_of_another_variant(&program, (name, None), &here, &names) {
                 unknown.push(name);
@@ -48,8 +52,12 @@ impl PassBuilder<'_> {
                 continue;
             }
             let here = document::pointer_join(&at, &binding.name);
-            let misspelt =
-                || unknown.iter().any(|name| suggested_name(name, [binding.name.as_str()]).is_some());
+            let misspelt = || {
+                unknown.iter().any(|name| {
+                    renamed == Some((*name, binding.name.as_str()))
+                        || suggested_name(name, [binding.name.as_str()]).is_some()
+                })
+            };
             let source = match bind.get(&binding.name) {
                 Some(bind) => self.slot(&program, binding, bind, &here),
                 None if misspelt() => None,
@@ -96,6 +104,8 @@ impl PassBuilder<'_> {
         };
         let otherwise = || match names {
             [] => format!("it has no {known}: remove this"),
+            // The only one to which nothing is bound.
+            [only] if member.is_none() && program.bindings.len() > 1 => format!("is \"{only}\" meant?"),
             names => format!("its {known} are {}", list_of(names)),
         };
         // Of the axes in which another variant differs, those that it takes; none where the search was cut short.
@@ -303,6 +313,36 @@ impl PassBuilder<'_> {
             Contents::Discard => Usage::StorageReplace,
         })
     }
+}
+
+/// The only name of `bind` that the program does not have, and the only binding that nothing is bound to, if they can be
+/// the same thing under two names.
+fn renamed<'b>(
+    program: &'b Program,
+    bind: &'b BTreeMap<String, Bind>,
+    host: bool,
+) -> Option<(&'b str, &'b str)> {
+    use wgpu_types::BindingType;
+    let mut unknown = bind.iter().filter(|(name, _)| program.binding(name).is_none());
+    let is_unbound = |binding: &&ProgramBinding| {
+        let is_of_host = host && (binding.group >= MATERIAL_GROUP || binding.name == "view");
+        !is_of_host
+            && !bind.contains_key(&binding.name)
+            && !matches!(binding.entry.ty, BindingType::Sampler(_))
+    };
+    let mut unbound = program.bindings.iter().filter(is_unbound);
+    let ((name, bound), binding) = (unknown.next()?, unbound.next()?);
+    if unknown.next().is_some() || unbound.next().is_some() {
+        return None;
+    }
+    let is_buffer = matches!(binding.entry.ty, BindingType::Buffer { .. });
+    let fits = match bound {
+        Bind::Name(_) => true,
+        Bind::Object(BindObject::Texture(_)) => !is_buffer,
+        Bind::Object(BindObject::Sampler(_)) => false,
+        Bind::Object(_) => is_buffer,
+    };
+    fits.then_some((name.as_str(), binding.name.as_str()))
 }
 
 fn buffer_usage(ty: wgpu_types::BufferBindingType) -> Usage {

@@ -1,0 +1,56 @@
+//! Ways out of names that a template reads and nothing declares.
+
+use std::ops::Range;
+
+use super::templates::TemplateSet;
+use crate::jinja::template::Template;
+use umbragraph_text::source::FileId;
+
+/// The template of a file, with its name.
+fn template_of(set: &TemplateSet, file: FileId) -> Option<(&str, &Template)> {
+    let mut templates = set.templates.iter();
+    templates.find(|(_, one)| one.file == file).map(|(name, one)| (name.as_str(), &**one))
+}
+
+/// The way out of an undeclared name at a place of a template that the template `root` reads; `None` if all that is
+/// known is that it may be an axis.
+pub(super) fn way_out(
+    set: &TemplateSet,
+    root: &str,
+    file: FileId,
+    name: &str,
+    range: &Range<usize>,
+) -> Option<String> {
+    let (template_name, template) = template_of(set, file)?;
+    let text = &template.text;
+    let before = text.get(..range.start)?.trim_end();
+    let after = text.get(range.end..)?.trim_start();
+    if after.starts_with('(') {
+        return match &template.prepared.structure.extends {
+            Some(base) if ["base", "parent", "inherited"].contains(&name) => {
+                Some(format!("{{{{ super() }}}} is the text of this block in \"{base}\""))
+            }
+            _ => importable(set, name),
+        };
+    }
+    let stem = root.strip_suffix(".wgsl.jinja").unwrap_or(root);
+    if template_name != root && set.axes(template_name).is_some_and(|axes| axes.get(name).is_some()) {
+        return Some(format!(
+            "\"{template_name}\" declares this axis: write \"inherits\": [\"{template_name}\"] in {stem}.axes.json"
+        ));
+    }
+    if before.ends_with("==") || before.ends_with("!=") {
+        return Some(format!(
+            "write a word in quotes: \"{name}\"; if it is an axis, declare it in {stem}.axes.json"
+        ));
+    }
+    None
+}
+
+/// The tag that imports a macro from the only template that has it; `None` if no template has it, or several.
+pub(super) fn importable(set: &TemplateSet, name: &str) -> Option<String> {
+    let has_it = |template: &Template| template.prepared.structure.macros.iter().any(|one| one.name == name);
+    let mut having = set.templates.iter().filter(|(_, template)| has_it(template));
+    let (file, _) = having.next()?;
+    having.next().is_none().then(|| format!("import the macro: {{% from \"{file}\" import {name} %}}"))
+}
