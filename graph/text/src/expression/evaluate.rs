@@ -469,7 +469,7 @@ mod tests {
             ("size / (2 - 2)", 7..14, ErrorKind::Arithmetic),
             ("1e308 * 10", 0..10, ErrorKind::Arithmetic),
             ("sqrt(-1)", 0..8, ErrorKind::Arithmetic),
-            ("far[2]", 4..5, ErrorKind::Arithmetic),
+            ("far[2]", 0..6, ErrorKind::Arithmetic),
             ("sise + 1", 0..4, ErrorKind::UnknownName),
             ("flor(1)", 0..4, ErrorKind::UnknownName),
             ("1 + ", 4..4, ErrorKind::Syntax),
