@@ -6,7 +6,7 @@ use umbragraph::diagnostic::{Diagnostic, Place, codes};
 use umbragraph::low_level::adapter::{Wanted, device_descriptor};
 use umbragraph::low_level::pipeline::TypedPipeline;
 use umbragraph::low_level::shader::TargetProfile;
-use wgpu::{Adapter, Backends, Device, Instance, InstanceDescriptor, Queue};
+use wgpu::{Adapter, Backend, Backends, Device, Instance, InstanceDescriptor, Queue};
 
 /// A graphics device with its queue, its adapter and the adapter's name.
 pub(crate) struct Graphics {
@@ -88,6 +88,11 @@ impl Graphics {
     pub(crate) fn has_compute(&self) -> bool {
         let flags = self.adapter.get_downlevel_capabilities().flags;
         flags.contains(wgpu::DownlevelFlags::COMPUTE_SHADERS)
+    }
+
+    /// Returns `true` if OpenGL draws.
+    pub(crate) fn is_opengl(&self) -> bool {
+        self.adapter.get_info().backend == Backend::Gl
     }
 
     /// Returns the target profile of a pipeline on this device: limited to what the device supports, with the device

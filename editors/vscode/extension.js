@@ -101,7 +101,7 @@ exports.activate = (context) => {
     patterns.push(new vscode.RelativePattern(below, "**/*.{jinja,axes.json}"));
   }
   // Copies of the templates that come with the module, to which "Go to Definition" leads.
-  patterns.push("**/umbragraph/templates/*/**/*.jinja");
+  patterns.push("**/templates/[0-9]*.[0-9]*.[0-9]*/**/*.jinja");
   client = new LanguageClient("umbragraph", "umbragraph", server, {
     documentSelector: patterns.map((pattern) => ({ scheme: "file", pattern })),
   });

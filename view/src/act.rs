@@ -206,14 +206,13 @@ impl Viewer {
             return;
         }
         self.unknown = unknown;
-        let loaded =
-            self.unknown.as_ref().and_then(|_| self.stage.library.load(&self.arguments.pipeline).ok());
+        // Before the first plan an unknown name is a mistake of the command line, which its error explains.
+        let asked = self.unknown.as_ref().filter(|_| self.stage.plan.is_some());
+        let loaded = asked.and_then(|_| self.stage.library.load(self.stage.wanted()).ok());
         let gone = loaded.map(|pipeline| self.values.keep_known(pipeline.document())).unwrap_or_default();
         if !gone.is_empty() {
-            let names = list_of(gone.iter().map(String::as_str));
-            self.say(Ok(format!(
-                "the files have no {names} any more: the values of this window are dropped"
-            )));
+            let names = list_of(gone.iter().map(|name| format!("\"{name}\"")));
+            self.say(Ok(format!("dropped the values of {names}: the files no longer declare them")));
         }
     }
 

@@ -91,6 +91,8 @@ pub(crate) struct Stage {
     sizes: Sizes,
     /// The picture of `--environment`, and its path.
     environment: Option<(Environment, PathBuf)>,
+    /// The path of the pipeline that was opened last.
+    wanted: PathBuf,
     /// Whether the device can measure the GPU times of passes.
     pub(crate) has_gpu_times: bool,
     /// The reason why the last frame was not recorded; `None` if it was.
@@ -157,6 +159,7 @@ impl Stage {
             is_looked_at: false,
             sizes: Sizes::default(),
             environment,
+            wanted: arguments.pipeline.clone(),
             has_gpu_times: false,
             failed: None,
             no_scene: None,
@@ -203,6 +206,12 @@ impl Stage {
     /// Opens another pipeline. The old one is drawn until a plan of the new one is there.
     pub(crate) fn open_pipeline(&mut self, path: &Path) {
         self.watcher.set_pipeline(path);
+        self.wanted = path.to_owned();
+    }
+
+    /// The path of the pipeline that was opened last; it may not be drawn yet.
+    pub(crate) fn wanted(&self) -> &Path {
+        &self.wanted
     }
 
     /// Opens another scene. The old one is drawn until the new one is loaded.

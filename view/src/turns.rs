@@ -1,4 +1,5 @@
-//! The choices of the inspector by key: each key goes to the next choice, and from the last to the first.
+//! The choices of the inspector by key: each key goes to the next choice, and from the last to the first. Versions end
+//! at the last.
 
 use umbragraph::Plan;
 use umbragraph::low_level::report::Report;

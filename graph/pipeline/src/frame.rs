@@ -257,20 +257,23 @@ impl Light {
         if !(self.position.is_finite()
             && self.direction.is_finite()
             && self.color.is_finite()
-            && [self.intensity, self.radius, self.angular_diameter, self.priority]
-                .into_iter()
-                .all(f32::is_finite))
+            && self.intensity.is_finite())
         {
             return Some("it has a value that is not finite");
+        }
+        if self.priority.is_nan() {
+            return Some("its priority is not a number");
+        }
+        let is_directional = matches!(self.kind, LightKind::Directional);
+        let size = if is_directional { self.angular_diameter } else { self.radius };
+        if !(size.is_finite() && size >= 0.0) {
+            return Some("its source has a size that is negative or not finite");
         }
         if !matches!(self.kind, LightKind::Point) && !self.direction.is_normalized() {
             return Some("its direction is not of unit length");
         }
         if self.range.is_nan() || self.range <= 0.0 {
             return Some("its range is not above zero");
-        }
-        if self.radius < 0.0 || self.angular_diameter < 0.0 {
-            return Some("its source has a negative size");
         }
         if let LightKind::Spot { inner_angle, outer_angle } = self.kind {
             // π/2 as decimal text is often rounded up.
@@ -430,8 +433,12 @@ mod tests {
     fn a_light_with_an_impossible_source_or_cone_is_invalid() {
         let spot = |inner_angle, outer_angle| Light::new("s", LightKind::Spot { inner_angle, outer_angle });
         let lamp = || Light::point("lamp", [0.0; 3], [1.0; 3], 1.0);
+        let sun = || Light::directional("sun", [0.0, -1.0, 0.0], [1.0; 3], 1.0);
+        // A sun has no radius, and a lamp no angular diameter.
+        let others = [lamp().radius(0.0), lamp().angular_diameter(-1.0), sun().radius(-1.0)];
+        let always = [lamp().priority(-1.0), lamp().priority(f32::INFINITY)];
         for fine in
-            [spot(0.0, 0.4), spot(0.4, 0.4), spot(0.1, FRAC_PI_2), lamp().radius(0.0), lamp().priority(-1.0)]
+            [spot(0.0, 0.4), spot(0.4, 0.4), spot(0.1, FRAC_PI_2)].into_iter().chain(others).chain(always)
         {
             assert_eq!(fine.check(), None, "{fine:?}");
         }
@@ -440,10 +447,10 @@ mod tests {
             (spot(-0.1, 0.4), "angle"),
             (spot(0.1, 1.6), "angle"),
             (spot(f32::NAN, 0.4), "angle"),
-            (lamp().radius(-0.1), "negative size"),
-            (lamp().radius(f32::INFINITY), "not finite"),
-            (lamp().angular_diameter(-0.01), "negative size"),
-            (lamp().priority(f32::NAN), "not finite"),
+            (lamp().radius(-0.1), "source"),
+            (lamp().radius(f32::INFINITY), "source"),
+            (sun().angular_diameter(-0.01), "source"),
+            (lamp().priority(f32::NAN), "priority"),
         ] {
             let said = light.check();
             assert!(said.is_some_and(|said| said.contains(reason)), "{light:?}: {said:?}");

@@ -51,7 +51,7 @@ fn a_value_of_a_parameter_that_leaves_the_file_goes() {
     let without = format!("{}{}", &PIPELINE[..start], &PIPELINE[end..]);
     std::fs::write(hand.folder.join("own.json"), without).unwrap();
     let state = hand.wait("no value", |state| state["given"]["parameters"] == serde_json::json!({}));
-    let said = "the files have no gain any more: the values of this window are dropped";
+    let said = "dropped the values of \"gain\": the files no longer declare them";
     assert_eq!(state["message"], said);
     hand.wait("no error", |state| state["errors"] == serde_json::json!([]));
 }
