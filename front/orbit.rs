@@ -22,8 +22,8 @@ impl<'o> Orbit<'o> {
     const CORE: f64 = 0.3;
 
     /// Returns an orbit that stays before obstacles: around what the camera looks at, or around a point halfway to it.
-    /// `None` if there are no obstacles on the circle around the middle of the scene, or the camera looks at nothing
-    /// within the scene.
+    /// If nothing is ahead within two radii of the scene, that point is one radius ahead. `None` if there are no
+    /// obstacles on the circle around the middle of the scene, or the camera cannot move ahead.
     pub(crate) fn among(
         around: &'o dyn Obstacles,
         scene: &Camera,
@@ -33,12 +33,12 @@ impl<'o> Orbit<'o> {
         let usual = Self { around, pivot: middle, offset: scene.position - middle, core: 1.0 };
         let ahead = scene.rotation * DVec3::NEG_Z;
         let reach = around.free(scene.position, ahead, 2.0 * radius);
-        if usual.is_clear() || reach <= 0.0 || reach >= 2.0 * radius {
+        if usual.is_clear() || reach <= 0.0 {
             return None;
         }
         let whole =
             Self { pivot: scene.position + ahead * reach, offset: -ahead * reach, core: Self::CORE, ..usual };
-        if whole.is_clear() {
+        if reach < 2.0 * radius && whole.is_clear() {
             return Some(whole);
         }
         let half = 0.5 * reach;
@@ -76,5 +76,36 @@ impl<'o> Orbit<'o> {
         let key = Key { time: 0.0, position: position.into(), target: self.pivot.into() };
         let rotation = key.rotation().unwrap_or((turn * scene.rotation).normalize());
         scene.position(position).rotation(rotation)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::frame::Projection;
+
+    use super::*;
+
+    /// A wall at x = 2 that is seen from both sides.
+    struct Wall;
+
+    impl Obstacles for Wall {
+        fn free(&self, from: DVec3, direction: DVec3, distance: f64) -> f64 {
+            let along = (2.0 - from.x) / direction.x;
+            if along.is_finite() && along >= 0.0 { along.min(distance) } else { distance }
+        }
+    }
+
+    #[test]
+    fn an_orbit_with_nothing_ahead_stays_before_a_wall() {
+        let projection = Projection::Perspective { vertical_fov: 1.0, near: 0.1, far: 100.0 };
+        let scene = Camera::new(DVec3::new(0.0, 0.0, 5.0), DQuat::IDENTITY, projection, 1.0);
+        // The circle around the middle passes through the wall, and the camera looks along it.
+        let orbit = Orbit::among(&Wall, &scene, DVec3::ZERO, 3.0).unwrap();
+        for turn in Orbit::turns() {
+            let camera = orbit.camera(scene, turn);
+            assert!(camera.position.x <= 2.0 + 1e-9, "{}", camera.position);
+            let ahead = (DVec3::new(0.0, 0.0, 2.0) - camera.position).normalize();
+            assert!((camera.rotation * DVec3::NEG_Z).abs_diff_eq(ahead, 1e-9));
+        }
     }
 }

@@ -12,6 +12,7 @@ mod testing;
 mod viewing;
 mod watching;
 
+use std::ffi::OsStr;
 use std::path::PathBuf;
 
 use clap::error::{ContextKind, ContextValue, ErrorKind};
@@ -56,7 +57,8 @@ impl Arguments {
     /// # Errors
     /// A command line that cannot be parsed, or one that requests the help text.
     pub(crate) fn of_process() -> Result<Self, clap::Error> {
-        let arguments = Self::try_parse().map_err(explained)?;
+        let subcommand = std::env::args_os().nth(1);
+        let arguments = Self::try_parse().map_err(|error| explained(error, subcommand.as_deref()))?;
         let conflict = match &arguments.command {
             Command::Fmt(FmtArguments { files, strict: true, .. }) if files.len() > 1 => {
                 (ErrorKind::TooManyValues, "--strict prints one file; give it one")
@@ -94,11 +96,12 @@ impl Arguments {
 }
 
 /// Replaces the error for a subcommand that this build leaves out by one that names its cargo feature. Adds a tip to the
-/// error for an option that may be a setting of the pipeline.
-fn explained(mut error: clap::Error) -> clap::Error {
+/// error for an option that may be a setting of the pipeline, if the subcommand takes settings.
+fn explained(mut error: clap::Error, subcommand: Option<&OsStr>) -> clap::Error {
     if error.kind() == ErrorKind::UnknownArgument
         && let Some(ContextValue::String(argument)) = error.get(ContextKind::InvalidArg)
         && error.get(ContextKind::SuggestedArg).is_none()
+        && takes_settings(subcommand)
     {
         let tip = match argument.as_str() {
             word @ ("on" | "off" | "true" | "false") => {
@@ -120,6 +123,13 @@ fn explained(mut error: clap::Error) -> clap::Error {
         "this build of the command has no `{name}`: install it with the cargo feature `{feature}`, which is on by default"
     );
     Arguments::command().error(ErrorKind::InvalidSubcommand, message)
+}
+
+/// Returns `true` if a subcommand has the option `--set`.
+fn takes_settings(subcommand: Option<&OsStr>) -> bool {
+    let command = Arguments::command();
+    let found = subcommand.and_then(|name| command.find_subcommand(name));
+    found.is_some_and(|found| found.get_arguments().any(|one| one.get_long() == Some("set")))
 }
 
 #[derive(Subcommand)]
@@ -456,6 +466,14 @@ fn parse_size(text: &str) -> Result<[u32; 2], String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn only_commands_with_set_take_settings() {
+        for (name, takes) in [("check", true), ("plan", true), ("fmt", false), ("schema", false)] {
+            assert_eq!(takes_settings(Some(OsStr::new(name))), takes, "{name}");
+        }
+        assert!(!takes_settings(None));
+    }
 
     #[test]
     #[cfg(all(feature = "lsp", feature = "score"))]

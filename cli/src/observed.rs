@@ -16,8 +16,8 @@ use umbragraph::low_level::report::Observed;
 
 use crate::read::read_file;
 
-/// The number of rows of a buffer that the page shows.
-const ROWS: usize = 8;
+/// The number of rows of a buffer that a page shows.
+pub(crate) const ROWS: usize = 8;
 
 const HELP: &str = "write it with `umbragraph render --capture-all FOLDER`, or `--trace FILE.json`";
 

@@ -21,7 +21,7 @@ use umbragraph::low_level::camera_path::{CameraArgument, CameraPath};
 use umbragraph::low_level::compiler::PlanOptions;
 #[cfg(feature = "gpu")]
 use umbragraph::low_level::compose::Roots;
-use umbragraph::low_level::compose::unreadable;
+use umbragraph::low_level::compose::{normalize, unreadable};
 use umbragraph::low_level::document::Document;
 use umbragraph::low_level::pipeline::{self, FileKind, Overrides};
 #[cfg(feature = "gpu")]
@@ -55,6 +55,8 @@ pub(crate) struct Session {
     roots: Vec<PathBuf>,
     /// The JSON text of a document that is composed into every pipeline after its extensions; `None` if there is none.
     pub(crate) included: Option<String>,
+    /// The paths of the files of pipelines of which a part could not be read.
+    cut: HashSet<PathBuf>,
 }
 
 /// A pipeline with the parameter values and the target profiles for its check.
@@ -98,6 +100,7 @@ impl Session {
             #[cfg(feature = "gpu")]
             roots: roots.clone(),
             included: None,
+            cut: HashSet::new(),
         }
     }
 
@@ -245,7 +248,11 @@ impl Session {
     /// Loads a pipeline and adds the diagnostics of its files; `None` after an error.
     fn load(&mut self, target: &Target) -> Option<Loaded> {
         let loaded = self.session.load_exactly(target).ok()?;
-        self.diagnostics.extend(self.session.diagnose(target).ok()?);
+        let found = self.session.diagnose(target).ok()?;
+        if found.iter().any(report::cuts) {
+            self.cut.extend(loaded.paths().map(normalize));
+        }
+        self.diagnostics.extend(found);
         Some(loaded)
     }
 

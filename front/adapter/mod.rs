@@ -73,7 +73,7 @@ impl Wanted {
         let help = match drivers.filter_map(|name| Some((name, std::env::var_os(name)?))).next() {
             Some((name, files)) => {
                 let files = files.to_string_lossy();
-                format!("{name} lets no driver through but \"{files}\": unset it, or correct it")
+                format!("{name} limits Vulkan to \"{files}\": unset it, or correct the path")
             }
             None => {
                 "install a driver; on Debian and Ubuntu `apt install mesa-vulkan-drivers` gives one in software"

@@ -33,6 +33,7 @@ const MISTAKES: &[Mistake] = &[
     Mistake("04-expressions", "ceil(small.height / 3)", "ceil(small.height / 3", "UG0310", "", ")"),
     Mistake("04-expressions", "align(small.width, 16)", "align(smal.width, 16)", "UG0311", "smal.width", "small"),
     Mistake("04-expressions", "\"default\": 2", "\"default\": 9", "UG0204", "9", "8"),
+    Mistake("04-expressions", "\"default\": 2", "\"default\": \"1,000\"", "UG0203", "1,000", "write a whole number"),
     Mistake("04-expressions", "\"max\": 8", "\"max\": \"8\"", "UG0105", "\"8\"", "without quotes: 8"),
     // Formats
     Mistake("05-formats", "[\"rgba32float\", \"rgba16float\"]", "\"rgba32float\"", "UG0323", "rgba32float", "rgba16float"),

@@ -9,8 +9,7 @@ mod surroundings;
 mod target;
 mod timings;
 
-use umbragraph::diagnostic::{Diagnostic, Diagnostics, Place, codes};
-use umbragraph::low_level::camera_path::CameraPath;
+use umbragraph::diagnostic::{Diagnostic, Diagnostics, Place, Severity, codes};
 use umbragraph::low_level::environment::Environment;
 
 use self::capture::{CaptureFile, LeftOut};
@@ -120,7 +119,8 @@ fn render(
         let errors = std::mem::replace(&mut session.diagnostics, without.clone());
         let about = |_: &CaptureFile, copy: &str| {
             let copy = format!("\"{copy}\"");
-            let error = errors.iter().find(|error| error.message.contains(&copy))?;
+            let mut errors = errors.iter().filter(|one| one.severity == Severity::Error);
+            let error = errors.find(|error| error.message.contains(&copy))?;
             Some(error.message.replace(&copy, "a capture"))
         };
         let more = capture::leave_out(plan, &mut captures, &mut document, about)?;

@@ -89,7 +89,7 @@ fn a_file_that_is_no_driver_leaves_no_adapter() {
     for file in ["/etc/hostname", "/no/such/file.json", manifest.to_str().unwrap()] {
         for arguments in [&["adapters"][..], &RENDER] {
             let (status, said) = with_drivers(file, arguments);
-            let words = format!("VK_DRIVER_FILES lets no driver through but \"{file}\"");
+            let words = format!("VK_DRIVER_FILES limits Vulkan to \"{file}\"");
             assert!(status == Some(1) && said.contains(&words), "{status:?}: {said}");
         }
     }

@@ -74,10 +74,10 @@ fn a_buffer_is_written_as_its_shader_declares_it() {
     assert!(output.status.success(), "{}", text(&output.stderr));
     let said = text(&output.stdout);
     for line in [
-        "filled.json: entries@fill, 64 bytes, array<Entry> (as \"fill\" declares it, others have array<u32>), before \"raise\" \
+        "filled.json: entries@fill, 64 bytes, array<Entry> (declared by \"fill\", others have array<u32>), before \"raise\" \
          overwrites it\n",
-        "words.csv: entries@raise, 64 bytes, array<u32> (as \"raise\" declares it, others have array<Entry>)\n",
-        "total.json: total, 32 bytes, Total (as \"raise\" declares it)\n",
+        "words.csv: entries@raise, 64 bytes, array<u32> (declared by \"raise\", others have array<Entry>)\n",
+        "total.json: total, 32 bytes, Total (declared by \"raise\")\n",
     ] {
         assert!(said.contains(line), "{line} is missing in {said}");
     }

@@ -190,9 +190,8 @@ fn every_kind_of_resource_is_shown_or_says_why_not() {
     assert!(page.contains("not shown: a capture reads &quot;gone&quot;, which &quot;lose&quot; discards"));
     let figure = page.split("<figure>").find(|one| one.contains("<figcaption>entries@list<")).unwrap();
     assert!(
-        figure.contains(
-            "512 bytes, array&lt;Entry&gt; (as &quot;list&quot; declares it); the first 8 of 32 rows"
-        )
+        figure
+            .contains("512 bytes, array&lt;Entry&gt; (declared by &quot;list&quot;); the first 8 of 32 rows")
     );
     assert!(
         figure.contains("<th>place.x</th>")

@@ -10,6 +10,7 @@ use umbragraph::diagnostic::{Diagnostic, Place, codes, list_of};
 use umbragraph::low_level::buffers::{self, Layout};
 
 use super::base;
+use crate::observed::ROWS;
 use crate::replace::replace;
 
 /// The maximum number of scalars that a file holds.
@@ -17,9 +18,6 @@ const MAX_NUMBERS: usize = 1 << 20;
 
 /// The maximum number of scalars that the report page holds of one version of a buffer.
 const MAX_ON_PAGE: usize = 1 << 12;
-
-/// The number of rows that the report page shows.
-const ROWS: usize = 8;
 
 /// The maximum length of a line of JSON that is not split further, in bytes.
 const LINE: usize = 100;
@@ -89,14 +87,16 @@ impl BufferCapture {
 
     /// Returns the first rows and the contents for the report page.
     pub(in crate::render) fn preview(&self, bytes: &[u8]) -> Preview {
-        let (json, left_out) = self.json(bytes, MAX_ON_PAGE);
-        let mut about = self.about(bytes, left_out);
-        let (columns, rows) = match buffers::table(&self.layout, bytes, usize::MAX) {
+        // The file itself has the number of elements that it leaves out.
+        let (json, _) = self.json(bytes, MAX_ON_PAGE);
+        let mut about = self.about(bytes, 0);
+        let (columns, rows) = match buffers::table(&self.layout, bytes, ROWS * buffers::MAX_FIELDS) {
             Some(mut table) => {
-                let all = table.rows.len();
+                let all = table.rows.len() + table.left_out;
                 table.rows.truncate(ROWS);
-                if all > ROWS {
-                    about += &format!("; the first {ROWS} of {all} rows");
+                let shown = table.rows.len();
+                if all > shown {
+                    about += &format!("; the first {shown} of {all} rows");
                 }
                 (table.columns, table.rows)
             }
@@ -115,12 +115,7 @@ impl BufferCapture {
     /// Describes the contents: size, type, the passes that declare it, and the number of elements that are left out.
     fn about(&self, bytes: &[u8], left_out: usize) -> String {
         let Layout { label, passes, .. } = &self.layout;
-        let by = match passes.as_slice() {
-            [] => "no shader binds it".to_owned(),
-            passes => {
-                format!("as {} declares it", list_of(passes.iter().take(3).map(|pass| format!("\"{pass}\""))))
-            }
-        };
+        let by = declared_by(passes);
         let others = match self.others.as_slice() {
             [] => String::new(),
             others => format!(", others have {}", list_of(others.iter().map(String::as_str))),
@@ -154,6 +149,17 @@ impl Preview {
     }
 }
 
+/// Names the passes that declare a buffer: all of up to three, otherwise two and the number of the others.
+fn declared_by(passes: &[String]) -> String {
+    match passes {
+        [] => "no shader binds it".to_owned(),
+        [first, second, more @ ..] if more.len() > 1 => {
+            format!("declared by \"{first}\", \"{second}\" and {} more", more.len())
+        }
+        passes => format!("declared by {}", list_of(passes.iter().map(|pass| format!("\"{pass}\"")))),
+    }
+}
+
 /// Returns JSON on one line if it is short, otherwise with each element on lines of its own.
 fn laid_out(value: &Value, indent: &str) -> String {
     let whole = value.to_string();
@@ -179,6 +185,14 @@ fn laid_out(value: &Value, indent: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn passes_beyond_the_third_are_counted() {
+        let passes = ["a", "b", "c", "d", "e"].map(str::to_owned);
+        assert_eq!(declared_by(&passes), "declared by \"a\", \"b\" and 3 more");
+        assert_eq!(declared_by(&passes[..3]), "declared by \"a\", \"b\", \"c\"");
+        assert_eq!(declared_by(&[]), "no shader binds it");
+    }
 
     #[test]
     fn json_has_a_short_element_on_each_line() {

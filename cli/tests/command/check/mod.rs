@@ -420,6 +420,21 @@ fn an_unused_declaration_is_a_note_that_fails_no_check() {
 }
 
 #[test]
+fn a_broken_pipeline_hides_no_note_about_another() {
+    let folder = ScratchFolder::new("check-unused-beside");
+    let spare = "\"parameters\": { \"spare\": { \"type\": \"f32\", \"default\": 1 } },\n  \"resources\"";
+    let fine = pipeline(1, "").replacen("\"resources\"", spare, 1);
+    let cut = fine.replacen('{', "{ \"include\": \"gone.json\",", 1);
+    for (name, text) in [("fine.json", fine), ("cut.json", cut)] {
+        std::fs::write(folder.join(name), text).unwrap();
+    }
+    let paths = ["fine.json", "cut.json"].map(|name| folder.join(name).to_str().unwrap().to_owned());
+    let said = text(&run(&["check", &paths[0], &paths[1]]).stderr);
+    assert!(said.contains("error[UG0001]") && said.contains("fine.json:"), "{said}");
+    assert_eq!(said.matches("note[UG0220]").count(), 1, "{said}");
+}
+
+#[test]
 fn passes_whose_template_is_broken_are_counted_as_such() {
     let folder = ScratchFolder::new("check-broken-template");
     let write = |name: &str, text: &str| {

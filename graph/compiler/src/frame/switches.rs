@@ -40,7 +40,8 @@ impl Switches {
             ];
             if let Some((_, what, option)) = of_plan.iter().find(|(is_one, ..)| *is_one) {
                 let value = if *what == "feature" { "" } else { "=VALUE" };
-                let help = format!("\"{name}\" is a {what}, which the plan decides: {option} {name}{value}");
+                let help =
+                    format!("\"{name}\" is a {what}; set it with {option} {name}{value}, not --toggle");
                 diagnostics.push(diagnostic.help(help));
                 continue;
             }

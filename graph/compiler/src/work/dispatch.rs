@@ -55,7 +55,8 @@ pub(crate) fn workgroups(
             let is_fixed = expressions.iter().all(|Live { setting, .. }| setting.is_none());
             if let Some(deferred) = zero.filter(|_| is_fixed) {
                 let name = &pipeline.pass(handle).name;
-                let message = format!("{counts:?} workgroups are none: \"{name}\" runs nothing");
+                let [x, y, z] = counts;
+                let message = format!("\"{name}\" dispatches {x} × {y} × {z} workgroups, so it does nothing");
                 let help = "round up, as in \"=ceil(viewport.width / 8)\"; or say \"when\", for frames without the pass";
                 let warning = Diagnostic::warning(codes::DISPATCH, deferred.place, message);
                 diagnostics.push(warning.pointer(&deferred.pointer).help(help));

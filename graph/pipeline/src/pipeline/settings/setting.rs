@@ -429,9 +429,11 @@ fn number(
     };
     let document::Kind::Number(number) = &value.kind else {
         let message = format!("the parameter \"{name}\" takes numbers, this is {}", value.kind_name());
-        let with_point = value.text().map(|text| text.replacen(',', ".", 1));
-        let help = match with_point.filter(|text| text.parse::<f64>().is_ok_and(f64::is_finite)) {
-            Some(number) => format!("write {number}, without quotes and with a point"),
+        let help = match value.text().and_then(|text| unquoted(text, whole)) {
+            Some(number) if value.text().is_some_and(|text| text.contains(',')) => {
+                format!("write {number}, without quotes and with a point")
+            }
+            Some(number) => format!("write {number}, without quotes"),
             None if whole => "write a whole number".to_owned(),
             None => "write a number".to_owned(),
         };
@@ -442,6 +444,20 @@ fn number(
         Some((code, message, help)) => error(code, message, help),
         None => Ok(Value::Number(number)),
     }
+}
+
+/// Returns the number that a string stands for, with a decimal point in place of a comma; `None` if that is not clear.
+/// A comma before exactly three digits may separate thousands, so it stays.
+fn unquoted(text: &str, whole: bool) -> Option<String> {
+    if whole {
+        return text.parse::<i64>().ok().map(|number| number.to_string());
+    }
+    let number = match text.split_once(',') {
+        Some((_, decimals)) if decimals.len() == 3 && decimals.parse::<u16>().is_ok() => return None,
+        Some((integer, decimals)) => format!("{integer}.{decimals}"),
+        None => text.to_owned(),
+    };
+    number.parse::<f64>().is_ok_and(f64::is_finite).then_some(number)
 }
 
 /// The reason for which a value is invalid: diagnostic code, message and help text.
@@ -564,6 +580,26 @@ pub(crate) fn decode_feature(
             };
             let message = format!("the feature \"{name}\" is {wanted}, this is {}", value.kind_name());
             Err(vec![Diagnostic::error(codes::SETTING_TYPE, value.span, message).help(help)])
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::unquoted;
+
+    #[test]
+    fn a_number_in_quotes_is_suggested_only_if_it_is_clear() {
+        for (text, whole, expected) in [
+            ("1,5", false, Some("1.5")),
+            ("0.5", false, Some("0.5")),
+            ("1,000", false, None),
+            ("1,5", true, None),
+            ("1,000", true, None),
+            ("12", true, Some("12")),
+            ("wide", false, None),
+        ] {
+            assert_eq!(unquoted(text, whole).as_deref(), expected, "{text}");
         }
     }
 }

@@ -32,7 +32,8 @@ impl Schema {
     /// Checks `value` against the schema, and adds a diagnostic for each violation. `pointer` is the JSON pointer of
     /// the value.
     pub fn check(&self, value: &Value, pointer: &str, diagnostics: &mut Diagnostics) {
-        let mut checker = Checker { schema: self, diagnostics, description: None, misplaced: Vec::new() };
+        let mut checker =
+            Checker { schema: self, diagnostics, description: None, misplaced: Vec::new(), is_trial: false };
         checker.value(value, &self.start, &Pointer::Text(pointer), 0);
     }
 }
@@ -45,6 +46,8 @@ struct Checker<'a, 'd> {
     description: Option<&'a str>,
     /// The unknown keys beside the current value, one of which may be meant for it.
     misplaced: Vec<String>,
+    /// Set while a wrapper is tried: no further wrapper is searched, since recursive types have endless ones.
+    is_trial: bool,
 }
 
 const MAX_REFERENCES: usize = 600;
@@ -77,7 +80,8 @@ impl<'a> Checker<'a, '_> {
             && !wanted.types.have(value)
         {
             let diagnostic = wrong_type(value, &wanted.names);
-            let wrapped = self.wrapped(value, rules, pointer).filter(|_| diagnostic.help.is_none());
+            let is_wanted = diagnostic.help.is_none() && !self.is_trial;
+            let wrapped = if is_wanted { self.wrapped(value, rules, pointer) } else { None };
             self.push(with_wrapper(diagnostic, value, wrapped), pointer);
             return;
         }
@@ -220,9 +224,13 @@ impl<'a> Checker<'a, '_> {
     /// Returns `true` if a value has no diagnostics by the rules of a node.
     fn fits(&self, value: &Value, node: &'a Node, pointer: &Pointer<'_>) -> bool {
         let mut diagnostics = Diagnostics::new();
-        let (schema, diagnostics_of) = (self.schema, &mut diagnostics);
-        let mut checker =
-            Checker { schema, diagnostics: diagnostics_of, description: None, misplaced: Vec::new() };
+        let mut checker = Checker {
+            schema: self.schema,
+            diagnostics: &mut diagnostics,
+            description: None,
+            misplaced: Vec::new(),
+            is_trial: true,
+        };
         checker.value(value, node, pointer, 0);
         diagnostics.is_empty()
     }
@@ -317,6 +325,7 @@ impl<'a> Checker<'a, '_> {
                 diagnostics: &mut own_diagnostics,
                 description: self.description,
                 misplaced: self.misplaced.clone(),
+                is_trial: self.is_trial,
             };
             checker.value(value, &branch.node, pointer, depth + 1);
             if own_diagnostics.is_empty() {
@@ -448,11 +457,26 @@ mod tests {
         Buffer(Vec<u32>),
     }
 
+    #[derive(JsonSchema)]
+    #[allow(dead_code)]
+    struct Forest {
+        tree: Tree,
+    }
+
+    #[derive(JsonSchema)]
+    #[allow(dead_code)]
+    struct Tree {
+        children: Vec<Tree>,
+    }
+
     fn diagnostics(text: &str) -> Vec<String> {
+        diagnostics_by(&schemars::schema_for!(Resource), text)
+    }
+
+    fn diagnostics_by(schema: &schemars::Schema, text: &str) -> Vec<String> {
         let mut sources = Sources::new();
         let file = sources.add("t", text);
         let document = crate::document::parse(&sources, file).valid().unwrap();
-        let schema = schemars::schema_for!(Resource);
         let mut diagnostics = Diagnostics::new();
         Schema::new(schema.as_value()).check(&document.root, "", &mut diagnostics);
         diagnostics
@@ -487,6 +511,13 @@ mod tests {
                 "UG0108 /texture/layers 9 is out of bounds: at most 4 is wanted the schema says what belongs here",
             ]
         );
+    }
+
+    #[test]
+    fn a_recursive_type_has_no_endless_wrappers() {
+        let schema = schemars::schema_for!(Forest);
+        let found = diagnostics_by(&schema, r#"{"tree": "x"}"#);
+        assert!(found.len() == 1 && found[0].starts_with("UG0105 /tree "), "{found:?}");
     }
 
     #[test]
