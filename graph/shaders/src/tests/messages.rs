@@ -126,8 +126,8 @@ const DECLARATIONS: &[(&str, &str, &str, &str, &str)] = &[
     ("fn slope(x: f32) -> f32 { return dpdx(x); }\n@compute @workgroup_size(1) fn measure() { let a = slope(1.0); }",
         "UG0521", "dpdx", "dpdx exists in fragment stages only", "compute the difference"),
     ("@fragment fn show() -> @location(0) vec4<f32> { workgroupBarrier(); return vec4<f32>(); }", "UG0521",
-        "workgroupBarrier()", "exists in compute stages only, and \"show\" is a fragment stage", "remove it"),
-    ("@compute @workgroup_size(1) fn measure() { discard; }", "UG0521", "discard",
+        "workgroupBarrier", "exists in compute stages only, and \"show\" is a fragment stage", "remove it"),
+    ("@compute @workgroup_size(1) fn measure() { discard; }", "UG0521", "discard;",
         "`discard` exists in fragment stages only", "`return`"),
 ];
 
@@ -160,13 +160,13 @@ const TEMPLATES: &[(&str, &str, &str, &str, &str)] = &[
         "\"macros.wgsl.jinja\" has no macro \"luminance\"", "its macros are luma"),
     ("{% from 'macros.wgsl.jinja' import luma %}{{ luma() }}", "UG0506", "luma",
         "the macro luma(c) is called without \"c\"", "give it a value"),
-    ("{{ luma('a') }}", "UG0506", "luma", "luma is unknown", "{% from \"macros.wgsl.jinja\" import luma %}"),
+    ("{{ luma('a') }}", "UG0506", "luma('a')", "luma is unknown", "{% from \"macros.wgsl.jinja\" import luma %}"),
     ("{% extends 'base.wgsl.jinja' %}{% block lighting %}{{ base() }}{% endblock %}", "UG0502", "base",
         "\"base\" is no axis", "{{ super() }} is the text of this block in \"base.wgsl.jinja\""),
     ("{% if true %}a{% else if false %}b{% endif %}", "UG0501", "else if", "{% else if %} does not exist", "{% elif false %}"),
-    ("{{ 1 }", "UG0501", "}", "expected end of variable block", "close it with }}"),
+    ("{{ 1 }; b {{ 2 }};", "UG0501", "}", "expected end of variable block", "close it with }}"),
     ("{% block a %}{% endblock %}{% block a %}{% endblock %}", "UG0501", "a", "defined twice", "another name"),
-    ("{% set taps = 3 %}{% for i in taps %}{% endfor %}", "UG0506", "for i in taps", "not iterable", "{% for i in range(taps) %}"),
+    ("{% set taps = 3 %}{% for i in taps %}{% endfor %}", "UG0506", "taps", "not iterable", "{% for i in range(taps) %}"),
     ("{% set look = 'a' %}{% if look == warm %}{% endif %}", "UG0502", "warm", "\"warm\" is no axis", "in quotes: \"warm\""),
 ];
 
