@@ -32,7 +32,8 @@ impl Schema {
     /// Checks `value` against the schema, and adds a diagnostic for each violation. `pointer` is the JSON pointer of
     /// the value.
     pub fn check(&self, value: &Value, pointer: &str, diagnostics: &mut Diagnostics) {
-        let mut checker = Checker { schema: self, diagnostics, description: None, misplaced: Vec::new() };
+        let mut checker =
+            Checker { schema: self, diagnostics, description: None, misplaced: Vec::new(), is_trial: false };
         checker.value(value, &self.start, &Pointer::Text(pointer), 0);
     }
 }
@@ -45,6 +46,8 @@ struct Checker<'a, 'd> {
     description: Option<&'a str>,
     /// The unknown keys beside the current value, one of which may be meant for it.
     misplaced: Vec<String>,
+    /// Whether the check only tries if a value would fit, so that nothing is suggested.
+    is_trial: bool,
 }
 
 const MAX_REFERENCES: usize = 600;
@@ -208,6 +211,9 @@ impl<'a> Checker<'a, '_> {
         rules: &'a Rules,
         pointer: &Pointer<'_>,
     ) -> Option<(String, &'static str)> {
+        if self.is_trial {
+            return None;
+        }
         if let Some(items) = rules.items.as_ref().filter(|_| rules.min_items.is_none_or(|count| count <= 1)) {
             return self.fits(value, items, pointer).then(|| ("[".to_owned(), "]"));
         }
@@ -220,9 +226,13 @@ impl<'a> Checker<'a, '_> {
     /// Returns `true` if a value has no diagnostics by the rules of a node.
     fn fits(&self, value: &Value, node: &'a Node, pointer: &Pointer<'_>) -> bool {
         let mut diagnostics = Diagnostics::new();
-        let (schema, diagnostics_of) = (self.schema, &mut diagnostics);
-        let mut checker =
-            Checker { schema, diagnostics: diagnostics_of, description: None, misplaced: Vec::new() };
+        let mut checker = Checker {
+            schema: self.schema,
+            diagnostics: &mut diagnostics,
+            description: None,
+            misplaced: Vec::new(),
+            is_trial: true,
+        };
         checker.value(value, node, pointer, 0);
         diagnostics.is_empty()
     }
@@ -317,6 +327,7 @@ impl<'a> Checker<'a, '_> {
                 diagnostics: &mut own_diagnostics,
                 description: self.description,
                 misplaced: self.misplaced.clone(),
+                is_trial: self.is_trial,
             };
             checker.value(value, &branch.node, pointer, depth + 1);
             if own_diagnostics.is_empty() {
@@ -487,6 +498,17 @@ mod tests {
                 "UG0108 /texture/layers 9 is out of bounds: at most 4 is wanted the schema says what belongs here",
             ]
         );
+    }
+
+    #[test]
+    fn a_schema_of_lists_in_lists_is_tried_once() {
+        let mut sources = Sources::new();
+        let file = sources.add("t", "{}");
+        let document = crate::document::parse(&sources, file).valid().unwrap();
+        let schema = serde_json::json!({ "type": "array", "items": { "$ref": "#" } });
+        let mut diagnostics = Diagnostics::new();
+        Schema::new(&schema).check(&document.root, "", &mut diagnostics);
+        assert_eq!(diagnostics.len(), 1);
     }
 
     #[test]
