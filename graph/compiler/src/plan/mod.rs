@@ -38,7 +38,7 @@ use umbragraph_pipeline::diagnostic::{Diagnostic, Diagnostics, Place, codes};
 use umbragraph_pipeline::language::Lifetime;
 use umbragraph_pipeline::pipeline::TypedPipeline;
 use umbragraph_pipeline::source::Sources;
-use umbragraph_pipeline::work::PassHandle;
+use umbragraph_pipeline::work::{PassHandle, ResourceHandle};
 
 /// Plans a frame. Returns `None` after an error.
 ///
@@ -150,7 +150,10 @@ pub(crate) fn check(live: LiveResources<'_, '_>, diagnostics: &mut Vec<Diagnosti
 fn no_output(pipeline: &TypedPipeline) -> Diagnostic {
     let place = pipeline.passes[0].place;
     let message = format!("nothing comes out of \"{}\": every pass is culled", pipeline.name);
-    let imported = pipeline.resources.iter().find(|one| one.lifetime() == Lifetime::Imported);
+    let is_written = |one: &ResourceHandle| pipeline.passes.iter().any(|pass| pass.writes(*one));
+    let mut unwritten =
+        pipeline.resource_handles().filter(|one| !is_written(one)).map(|one| pipeline.resource(one));
+    let imported = unwritten.find(|one| one.lifetime() == Lifetime::Imported);
     let diagnostic = Diagnostic::error(codes::NO_OUTPUT, place, message).pointer("/passes");
     match imported {
         Some(output) => diagnostic

@@ -79,6 +79,7 @@ pub fn unknown_word(value: &Value, words: &[&str]) -> Diagnostic {
     // "additive" means "add".
     let shorter = words.iter().filter(|word| word.len() >= 3 && text.starts_with(**word));
     let begins = shorter.max_by_key(|word| word.len());
+    let begins = begins.filter(|begun| words.iter().filter(|word| word.starts_with(**begun)).count() == 1);
     diagnostic.suggest(text, words.iter().copied(), Some(value.span), |words| match (words, begins) {
         (words, Some(word)) if words.len() <= 24 => {
             format!("is \"{word}\" meant? {KNOWN_ARE} {}", list_of(words))
