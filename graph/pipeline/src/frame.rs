@@ -166,9 +166,10 @@ pub struct Light {
     /// The properties of the light: words agreed between host and passes, by which passes choose lights.
     pub properties: Vec<Cow<'static, str>>,
     /// The angular diameter of a directional light's source as seen from the scene, in radians (0: a point at
-    /// infinity).
+    /// infinity). A value that is negative or not a number counts as 0.
     pub angular_diameter: f32,
-    /// The radius of a point or spot light's source, in metres (0: a point).
+    /// The radius of a point or spot light's source, in metres (0: a point). A value that is negative or not a number
+    /// counts as 0.
     pub radius: f32,
     /// The importance that the host gives the light where passes must choose among lights; 1 is neutral.
     pub priority: f32,
@@ -263,11 +264,6 @@ impl Light {
         }
         if self.priority.is_nan() {
             return Some("its priority is not a number");
-        }
-        let is_directional = matches!(self.kind, LightKind::Directional);
-        let size = if is_directional { self.angular_diameter } else { self.radius };
-        if !(size.is_finite() && size >= 0.0) {
-            return Some("its source has a size that is negative or not finite");
         }
         if !matches!(self.kind, LightKind::Point) && !self.direction.is_normalized() {
             return Some("its direction is not of unit length");
@@ -430,16 +426,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_light_with_an_impossible_source_or_cone_is_invalid() {
+    fn a_light_with_an_impossible_cone_or_priority_is_invalid() {
         let spot = |inner_angle, outer_angle| Light::new("s", LightKind::Spot { inner_angle, outer_angle });
         let lamp = || Light::point("lamp", [0.0; 3], [1.0; 3], 1.0);
-        let sun = || Light::directional("sun", [0.0, -1.0, 0.0], [1.0; 3], 1.0);
-        // A sun has no radius, and a lamp no angular diameter.
-        let others = [lamp().radius(0.0), lamp().angular_diameter(-1.0), sun().radius(-1.0)];
-        let always = [lamp().priority(-1.0), lamp().priority(f32::INFINITY)];
-        for fine in
-            [spot(0.0, 0.4), spot(0.4, 0.4), spot(0.1, FRAC_PI_2)].into_iter().chain(others).chain(always)
-        {
+        // A source of no possible size counts as a point.
+        let others = [lamp().radius(-1.0), lamp().priority(-1.0), lamp().priority(f32::INFINITY)];
+        for fine in [spot(0.0, 0.4), spot(0.4, 0.4), spot(0.1, FRAC_PI_2)].into_iter().chain(others) {
             assert_eq!(fine.check(), None, "{fine:?}");
         }
         for (light, reason) in [
@@ -447,9 +439,6 @@ mod tests {
             (spot(-0.1, 0.4), "angle"),
             (spot(0.1, 1.6), "angle"),
             (spot(f32::NAN, 0.4), "angle"),
-            (lamp().radius(-0.1), "source"),
-            (lamp().radius(f32::INFINITY), "source"),
-            (sun().angular_diameter(-0.01), "source"),
             (lamp().priority(f32::NAN), "priority"),
         ] {
             let said = light.check();

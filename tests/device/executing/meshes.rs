@@ -83,7 +83,7 @@ fn what_does_not_fit_the_shader_or_the_buffers_is_found() {
         "the buffer has six indices"
     );
     assert_eq!(with(r#""indices": { "buffer": "&order" }"#), ["UG0106"], "nothing says how many");
-    assert_eq!(with(r#""count": 3, "indirect": { "buffer": "&arguments" }"#), ["UG0106"]);
+    assert_eq!(with(r#""count": 3, "indirect": { "buffer": "&arguments" }"#), ["UG0102"]);
     assert_eq!(codes(r#""count": 3"#), ["UG0604", "UG0604"], "both attributes are missing");
     let one = |attribute: &str| {
         codes(&format!(
