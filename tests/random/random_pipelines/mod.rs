@@ -30,8 +30,10 @@ use umbragraph_test_support::property;
 use umbragraph_test_support::random::Random;
 
 /// Codes of what `check` rejects and wgpu takes, with the reason.
-const STRICTER: &[(&str, &str)] =
-    &[("UG0401", "wgpu clears what nobody has written: it is valid, and hardly meant")];
+const STRICTER: &[(&str, &str)] = &[
+    ("UG0401", "wgpu clears what nobody has written: it is valid, and hardly meant"),
+    ("UG0403", "the same, where \"after\" keeps a pass behind the one that reads what it writes"),
+];
 
 /// Checks a drawn pipeline: the plan, and each shader for the profile.
 fn check(drawn: &Drawn) -> Outcome {

@@ -348,11 +348,11 @@ fn members<'t>(text: &'t str, words: &[Range<usize>], at: usize) -> Option<(&'t 
     let begin = words.iter().position(|range| *range == place)? + 1;
     let mut depth = 0_usize;
     let mut members = Vec::new();
-    for at in begin..words.len() {
+    for (at, range) in words.iter().enumerate().skip(begin) {
         match word(at)? {
             "{" | "(" | "[" => depth += 1,
             "}" | ")" | "]" => depth = depth.checked_sub(1)?,
-            _ if depth == 1 && follows(at, ':') => members.push(words[at].clone()),
+            _ if depth == 1 && follows(at, ':') => members.push(range.clone()),
             _ => {}
         }
         if depth == 0 {

@@ -267,7 +267,7 @@ fn is_word(byte: u8) -> bool {
 }
 
 /// The word at a byte, or before it; empty where there is none.
-pub(in crate::assist) fn word_at(text: &str, offset: usize) -> Range<usize> {
+pub(crate) fn word_at(text: &str, offset: usize) -> Range<usize> {
     let bytes = text.as_bytes();
     let offset = offset.min(bytes.len());
     let start = bytes[..offset].iter().rposition(|byte| !is_word(*byte)).map_or(0, |at| at + 1);
