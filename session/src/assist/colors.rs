@@ -28,6 +28,9 @@ pub struct Color {
     value: Value,
 }
 
+/// The largest difference of two components, as they are shown, that count as one: pickers round to steps of 1/255.
+const SAME: f64 = 0.75 / 255.0;
+
 impl Color {
     /// The place of the list of numbers.
     pub fn place(&self) -> Span {
@@ -39,7 +42,7 @@ impl Color {
     fn numbers(&self, shown: [f64; 4]) -> Vec<Json> {
         let number = |(at, old): (usize, &Value)| {
             let (new, old_shown) = (shown[at], self.shown[at]);
-            if (new - old_shown).abs() < 1e-4 {
+            if (new - old_shown).abs() < SAME {
                 return old.to_json();
             }
             let number = if self.is_linear && at < 3 { to_linear(new) } else { new };

@@ -98,7 +98,7 @@ impl<'a> Family<'a> {
 /// The occurrences of a name in a text, without those that are local to a function.
 fn occurrences(scan: Scan<'_>, name: &str, sort: Sort) -> Vec<Range<usize>> {
     match sort {
-        Sort::Tag => scan.words_of_tags(name).collect(),
+        Sort::Tag => scan.words_of_tags(name).filter(|range| is_name_of_tags(scan.text, range)).collect(),
         Sort::Member => scan.words(name).filter(|range| scan.is_member(range)).collect(),
         Sort::Module => {
             let is_it = |range: &Range<usize>| {
@@ -107,6 +107,27 @@ fn occurrences(scan: Scan<'_>, name: &str, sort: Sort) -> Vec<Range<usize>> {
             };
             scan.words(name).filter(is_it).collect()
         }
+    }
+}
+
+/// Returns `false` for a word of a tag that names no block or macro: an attribute (`loop.first`), a filter (`| length`),
+/// a test (`is even`) or an argument by its name (`index=1`).
+fn is_name_of_tags(text: &str, range: &Range<usize>) -> bool {
+    let (before, after) = (text[..range.start].trim_end(), text[range.end..].trim_start());
+    let last = |text: &str| -> String {
+        let start = text.rfind(|c: char| !is_of_name(c)).map_or(0, |at| at + 1);
+        text.get(start..).unwrap_or_default().to_owned()
+    };
+    if after.starts_with('=') && !after.starts_with("==") {
+        return false;
+    }
+    match before.strip_suffix('.') {
+        // Blocks are called as `self.NAME`, macros of an imported template as `ALIAS.NAME`.
+        Some(object) => {
+            let object = last(object.trim_end());
+            object == "self" || (!object.is_empty() && text.contains(&format!(" as {object}")))
+        }
+        None => !before.ends_with('|') && !["is", "not"].contains(&last(before).as_str()),
     }
 }
 
@@ -211,14 +232,16 @@ fn refused(family: &Family<'_>, old: &str, sort: Sort) -> Result<InJson, String>
         return member(family, old, &kinds).map(|()| InJson::Nowhere);
     }
     if let Some(name) = also_local(family, old) {
-        return Err(format!("{name} has a local name \"{old}\", and parts of templates are in no function"));
+        return Err(format!("{name} has a local name \"{old}\", too; rename that first"));
     }
     let of = |wanted: &[&str]| {
         kinds.iter().any(|(scan, one)| {
-            let text = &scan.flat[one.whole.clone()];
-            wanted
-                .iter()
-                .any(|attribute| text.starts_with(attribute) || text.contains(&format!(" {attribute}")))
+            let text = &scan.flat[one.whole.start..one.name.start];
+            let has = |attribute: &&str| {
+                text.match_indices(attribute)
+                    .any(|(at, _)| !text[at + attribute.len()..].starts_with(is_of_name))
+            };
+            wanted.iter().any(has)
         })
     };
     let is_binding = |(scan, one): &(Scan<'_>, &Declared)| {
@@ -329,20 +352,12 @@ fn member(family: &Family<'_>, old: &str, kinds: &[(Scan<'_>, &Declared)]) -> Re
     }
 }
 
-/// Returns the template that has a local name which is also one of the module, if a text outside of functions may mean
-/// either.
+/// Returns the template that has a local name which is also one of the module: scopes of functions are not told apart.
 fn also_local<'a>(family: &Family<'a>, old: &str) -> Option<&'a str> {
     let is_local = |(_, _, scan): &(&str, FileId, Scan<'_>)| {
         scan.words(old).any(|range| !scan.is_member(&range) && scan.local(old, range.start).is_some())
     };
-    let is_loose = |(_, _, scan): &(&str, FileId, Scan<'_>)| {
-        let is_declaration = |range: &Range<usize>| {
-            scan.declared.iter().any(|one| one.whole.start <= range.start && range.end <= one.whole.end)
-        };
-        scan.words(old).any(|range| !is_declaration(&range))
-    };
-    let (name, ..) = family.scans().find(is_local)?;
-    family.scans().any(|one| is_loose(&one)).then_some(name)
+    family.scans().find(is_local).map(|(name, ..)| name)
 }
 
 /// Returns an error if a name cannot be the new one: WGSL or the template language has it, or another text that would
