@@ -26,7 +26,7 @@ use crate::generated;
 use crate::outline;
 use crate::renames;
 use crate::templates::{self, Template, is_axes};
-use crate::workspace::{Workspace, document_path, is_document};
+use crate::workspace::{Workspace, document_path, is_document, range, source};
 use umbragraph_graph::diagnostic::Fix;
 use umbragraph_graph::document::format;
 use umbragraph_graph::edit::Edit;
@@ -114,10 +114,6 @@ impl Asked {
     }
 }
 
-pub(crate) fn source(workspace: &Workspace, file: FileId) -> Option<&SourceFile> {
-    workspace.session.sources().get(file).map(AsRef::as_ref)
-}
-
 fn of_document(
     workspace: &mut Workspace,
     document: &TextDocumentIdentifier,
@@ -127,10 +123,6 @@ fn of_document(
         workspace.target(Some(&path).filter(|path| is_document(path))?)?;
     }
     workspace.session.parsed(&path)
-}
-
-pub(crate) fn range(workspace: &Workspace, place: Span) -> Option<Range> {
-    Some(workspace.encoding.range(source(workspace, place.file)?, place))
 }
 
 fn completion(workspace: &mut Workspace, params: CompletionParams) -> Option<Vec<CompletionItem>> {

@@ -5,8 +5,7 @@ use lsp_types::{
     TextDocumentIdentifier, TextEdit,
 };
 
-use crate::answers::{range, source};
-use crate::workspace::{Workspace, document_path, is_document};
+use crate::workspace::{Workspace, document_path, is_document, range, source};
 use umbragraph_graph::edit::{Edit, Edits};
 use umbragraph_session::Color;
 

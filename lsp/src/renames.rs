@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 
 use lsp_types::{PrepareRenameResponse, RenameParams, TextDocumentPositionParams, WorkspaceEdit};
 
-use crate::answers::{Asked, Changes, edit_of, range, text_edits};
+use crate::answers::{Asked, Changes, edit_of, text_edits};
 use crate::position::is_whole;
 use crate::templates::Template;
-use crate::workspace::{Workspace, is_template};
+use crate::workspace::{Workspace, is_template, range};
 use umbragraph_graph::compose::read_bytes;
 use umbragraph_graph::edit::{Edit, Edits};
 use umbragraph_graph::model::{Declaration, DeclarationKind};

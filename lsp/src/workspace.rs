@@ -17,7 +17,7 @@ use umbragraph_graph::diagnostic::{Diagnostic, Diagnostics, Place, Severity};
 use umbragraph_graph::document::{Document, Entry, Kind};
 use umbragraph_graph::pipeline::{FileKind, claimed_profiles};
 use umbragraph_graph::shader::TargetProfile;
-use umbragraph_graph::source::Span;
+use umbragraph_graph::source::{FileId, SourceFile, Span};
 use umbragraph_session::{Cancel, Cancelled, Choice, Judges, Loaded, Session, Survey, Target, kind_of};
 
 /// The maximum number of JSON files that the search for pipelines finds in all workspace folders together.
@@ -489,6 +489,16 @@ impl Workspace {
     pub(crate) fn uri(&self, path: &Path) -> Option<Uri> {
         is_whole(path).then(|| uri_of(path)).flatten()
     }
+}
+
+/// The text of a file; `None` if the session has no such file.
+pub(crate) fn source(workspace: &Workspace, file: FileId) -> Option<&SourceFile> {
+    workspace.session.sources().get(file).map(AsRef::as_ref)
+}
+
+/// The range of a place in its file; `None` if the session has no such file.
+pub(crate) fn range(workspace: &Workspace, place: Span) -> Option<Range> {
+    Some(workspace.encoding.range(source(workspace, place.file)?, place))
 }
 
 /// Returns the path of a `file:` URI, without `.` and `..` components; `None` for other URIs.

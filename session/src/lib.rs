@@ -42,6 +42,7 @@ mod places;
 mod session;
 mod survey;
 mod templates;
+mod texts;
 mod tokens;
 
 pub use assist::{

@@ -6,7 +6,6 @@ use std::sync::Arc;
 
 use serde_json::Value as Json;
 
-use crate::assist::Texts;
 use crate::cancel::{Cancel, Cancelled};
 use crate::choice::{Choice, Target};
 use crate::composition::Composition;
@@ -38,7 +37,7 @@ pub struct Session {
     always: Diagnostics,
     templates: Option<Arc<Templates>>,
     /// The texts of the templates as answers for editors look at them.
-    pub(crate) texts: Option<Arc<Texts>>,
+    pub(crate) texts: Option<Arc<crate::texts::Texts>>,
     loads: BTreeMap<Target, Loaded>,
     surveys: BTreeMap<Target, (Loaded, String, Option<Surveyed>)>,
     pub(crate) done: Done,

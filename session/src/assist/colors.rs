@@ -29,7 +29,7 @@ pub struct Color {
 }
 
 /// The largest difference of two components, as they are shown, that count as one: pickers round to steps of 1/255.
-const SAME: f64 = 0.75 / 255.0;
+const SAME: f64 = 0.5 / 255.0 + 1e-6;
 
 impl Color {
     /// The place of the list of numbers.

@@ -42,7 +42,6 @@ pub use colors::Color;
 use context::Context;
 pub use rename::{RenameError, Renamed};
 use site::Spot;
-pub(crate) use template::Texts;
 pub use template::{TemplateItem, TemplateSymbol};
 pub use values::Computed;
 
@@ -222,7 +221,8 @@ impl Session {
     /// Returns [`Cancelled`] after [`Cancel::set`](crate::Cancel::set).
     pub fn hover(&mut self, cursor: &Cursor<'_>) -> Result<Option<Hover>, Cancelled> {
         self.around(cursor, |context| {
-            if let Some(hover) = words::told(context) {
+            if let Some((place, text)) = words::told(context) {
+                let hover = Hover { place, text, is_preformatted: false };
                 return Some(hover);
             }
             let site = context.site();

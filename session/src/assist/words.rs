@@ -1,31 +1,32 @@
 //! Explanations of words that the language defines: functions of expressions, and texture formats.
 
-use super::Hover;
 use super::context::Context;
-use super::template::word_at;
 use crate::graph::diagnostic::Diagnostics;
 use crate::graph::expression::FUNCTIONS;
 use crate::graph::language::parse_format;
 use crate::graph::pipeline::claimed_profiles;
 use crate::graph::shader::TargetProfile;
+use crate::graph::source::Span;
 use crate::graph::wgpu_types::{TextureFormat, TextureFormatFeatureFlags as Flags, TextureUsages};
+use crate::texts::scan::word_at;
 
-/// Returns the explanation of a function that an expression calls, or of a texture format, at the cursor.
-pub(super) fn told(context: &Context<'_>) -> Option<Hover> {
+/// Returns the place and the explanation, in Markdown, of a function that an expression calls, or of a texture format,
+/// at the cursor.
+pub(super) fn told(context: &Context<'_>) -> Option<(Span, String)> {
     let site = context.site();
     let (value, _) = site.string(context.text, context.offset)?;
     let text = value.text()?;
-    let hover = |range, text| Hover { place: context.span(range), text, is_preformatted: false };
+    let told = |range, text| (context.span(range), text);
     if text.starts_with('=') {
         let range = word_at(context.text, context.offset);
         let function = FUNCTIONS.iter().find(|one| Some(one.name) == context.text.get(range.clone()))?;
         let is_called = context.text[range.end..].trim_start().starts_with('(');
         let text = || format!("`{}`\n\nFunction of expressions: {}.", function.usage, function.description);
-        return is_called.then(|| hover(range, text()));
+        return is_called.then(|| told(range, text()));
     }
     let format = parse_format(text)?;
     let is_format = context.rules(&site).words().iter().any(|(word, _)| *word == text);
-    is_format.then(|| hover(site.replaced, described(context, text, format)))
+    is_format.then(|| told(site.replaced, described(context, text, format)))
 }
 
 /// Returns the bytes of a format and its uses, for each profile that the pipeline claims.

@@ -11,21 +11,19 @@
 mod bound;
 mod builtins;
 mod rename;
-mod scan;
-mod texts;
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
 use super::{Candidate, CandidateKind, Expected, Hover};
 use crate::graph::shader::tags::{TagKind, Word, WordKind};
 use crate::graph::shader::{Axes, Axis};
 use crate::graph::source::{FileId, Span};
 use crate::session::Session;
+use crate::texts::Texts;
+pub use crate::texts::scan::TemplateItem;
+use crate::texts::scan::{self, Declared, Scan};
 use builtins::Builtin;
-pub use scan::TemplateItem;
-pub(super) use scan::word_at;
-use scan::{Declared, Scan};
-pub(crate) use texts::Texts;
 
 /// A declaration of a template, for an outline.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -369,5 +367,20 @@ impl Session {
     /// Returns the completion candidates for a byte of a template; `None` in a comment.
     pub fn template_expected(&mut self, file: FileId, offset: usize) -> Option<Expected> {
         self.in_template(file, |unit| unit.expected(offset))
+    }
+}
+
+impl Session {
+    /// The texts of the templates, read again where they changed.
+    pub(crate) fn template_texts(&mut self) -> Arc<Texts> {
+        let set = self.templates();
+        match &self.texts {
+            Some(known) if Arc::ptr_eq(&known.set, &set) => known.clone(),
+            before => {
+                let texts = Arc::new(Texts::new(set, self.sources(), before.as_deref()));
+                self.texts = Some(texts.clone());
+                texts
+            }
+        }
     }
 }

@@ -13,11 +13,11 @@ use std::ops::Range;
 
 use naga::keywords::wgsl::{BUILTIN_IDENTIFIERS, RESERVED};
 
-use super::scan::{Declared, Scan, attributes_start, is_of_name};
 use super::{Axes, Axis, OPERATORS, STATEMENTS, Spot, TemplateItem, Texts, Unit};
 use crate::graph::shader::AxisKind;
 use crate::graph::shader::tags::WordKind;
 use crate::graph::source::{FileId, Span};
+use crate::texts::scan::{Declared, Scan, attributes_start, is_of_name};
 
 /// Names within tags that the template language defines.
 const OF_TAGS: [&str; 7] = ["loop", "self", "super", "true", "false", "none", "caller"];
@@ -127,7 +127,10 @@ fn is_name_of_tags(text: &str, range: &Range<usize>) -> bool {
             let object = last(object.trim_end());
             object == "self" || (!object.is_empty() && text.contains(&format!(" as {object}")))
         }
-        None => !before.ends_with('|') && !["is", "not"].contains(&last(before).as_str()),
+        None => {
+            let test = before.strip_suffix("not").filter(|rest| rest.ends_with(char::is_whitespace));
+            !before.ends_with('|') && last(test.unwrap_or(before).trim_end()) != "is"
+        }
     }
 }
 

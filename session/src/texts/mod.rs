@@ -1,17 +1,18 @@
 //! The texts of all templates of a session, kept for as long as they stay.
 
+pub(crate) mod scan;
+
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use super::scan::{Scan, Text};
+use self::scan::{Scan, Text};
 use crate::graph::shader::TemplateSet;
 use crate::graph::source::{FileId, Sources, Span};
-use crate::session::Session;
 
 /// The templates of a session with their tags and declarations.
 #[derive(Debug)]
 pub(crate) struct Texts {
-    pub(super) set: Arc<TemplateSet>,
+    pub(crate) set: Arc<TemplateSet>,
     all: BTreeMap<String, (FileId, Arc<Text>)>,
     by_file: BTreeMap<FileId, String>,
     /// The templates that each template names, and those that name it.
@@ -23,7 +24,7 @@ type Steps = BTreeMap<String, BTreeSet<String>>;
 
 impl Texts {
     /// Reads the texts of a set. What `before` knows of texts that stay is taken over.
-    fn new(set: Arc<TemplateSet>, sources: &Sources, before: Option<&Self>) -> Self {
+    pub(crate) fn new(set: Arc<TemplateSet>, sources: &Sources, before: Option<&Self>) -> Self {
         let mut all = BTreeMap::new();
         for name in set.names() {
             let Some((file, source)) = set.file(name).and_then(|file| Some((file, sources.get(file)?)))
@@ -46,21 +47,21 @@ impl Texts {
         Self { set, all, by_file, uses, used_by }
     }
 
-    pub(super) fn names(&self) -> impl Iterator<Item = &str> {
+    pub(crate) fn names(&self) -> impl Iterator<Item = &str> {
         self.all.keys().map(String::as_str)
     }
 
-    pub(super) fn name(&self, file: FileId) -> Option<&str> {
+    pub(crate) fn name(&self, file: FileId) -> Option<&str> {
         self.by_file.get(&file).map(String::as_str)
     }
 
-    pub(super) fn scan(&self, name: &str) -> Option<(FileId, Scan<'_>)> {
+    pub(crate) fn scan(&self, name: &str) -> Option<(FileId, Scan<'_>)> {
         self.all.get(name).map(|(file, text)| (*file, text.scan()))
     }
 
     /// The templates that a template is part of, itself among them, and all whose texts meet in one module with it.
     /// Near ones come first: what it includes, then what meets with it elsewhere.
-    pub(super) fn met<'a>(&'a self, own: &'a str) -> (BTreeSet<&'a str>, Vec<&'a str>) {
+    pub(crate) fn met<'a>(&'a self, own: &'a str) -> (BTreeSet<&'a str>, Vec<&'a str>) {
         let roots: BTreeSet<&str> = reached([own], &self.used_by).into_iter().collect();
         let mut names = reached([own], &self.uses);
         let mut known: BTreeSet<&str> = names.iter().copied().collect();
@@ -70,12 +71,12 @@ impl Texts {
     }
 
     /// A template and all that it includes.
-    pub(super) fn included<'a>(&'a self, own: &'a str) -> Vec<&'a str> {
+    pub(crate) fn included<'a>(&'a self, own: &'a str) -> Vec<&'a str> {
         reached([own], &self.uses)
     }
 
     /// The places at which tags name a template.
-    pub(super) fn naming(&self, name: &str) -> Vec<Span> {
+    pub(crate) fn naming(&self, name: &str) -> Vec<Span> {
         let mut places = Vec::new();
         for (file, one) in self.all.values() {
             let named = one.tags.templates(&one.text).filter(|(known, _)| *known == name);
@@ -97,19 +98,4 @@ fn reached<'a>(from: impl IntoIterator<Item = &'a str>, steps: &'a Steps) -> Vec
         at += 1;
     }
     all
-}
-
-impl Session {
-    /// The texts of the templates, read again where they changed.
-    pub(crate) fn template_texts(&mut self) -> Arc<Texts> {
-        let set = self.templates();
-        match &self.texts {
-            Some(known) if Arc::ptr_eq(&known.set, &set) => known.clone(),
-            before => {
-                let texts = Arc::new(Texts::new(set, self.sources(), before.as_deref()));
-                self.texts = Some(texts.clone());
-                texts
-            }
-        }
-    }
 }

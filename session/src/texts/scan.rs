@@ -34,14 +34,14 @@ pub enum TemplateItem {
 
 /// A declaration in a template.
 #[derive(Clone, Debug)]
-pub(super) struct Declared {
-    pub(super) kind: TemplateItem,
+pub(crate) struct Declared {
+    pub(crate) kind: TemplateItem,
     /// The bytes of the name.
-    pub(super) name: Range<usize>,
+    pub(crate) name: Range<usize>,
     /// The bytes of the declaration with its attributes and body.
-    pub(super) whole: Range<usize>,
+    pub(crate) whole: Range<usize>,
     /// The bytes of what a reader needs of the declaration: a function without its body.
-    pub(super) signature: Range<usize>,
+    pub(crate) signature: Range<usize>,
 }
 
 /// The maximum number of broken tags after which a text is read on.
@@ -49,13 +49,13 @@ const MOST_BROKEN: usize = 16;
 
 /// The tags and the literal text of a template, in source order.
 #[derive(Debug, Default)]
-pub(super) struct Tags {
-    pub(super) tags: Vec<Tag>,
+pub(crate) struct Tags {
+    pub(crate) tags: Vec<Tag>,
     literals: Vec<Range<usize>>,
 }
 
 impl Tags {
-    pub(super) fn of(text: &str) -> Self {
+    pub(crate) fn of(text: &str) -> Self {
         let (mut all, mut at) = (Self::default(), 0);
         for _ in 0..=MOST_BROKEN {
             let moved = |range: &Range<usize>| at + range.start..at + range.end;
@@ -83,7 +83,7 @@ impl Tags {
     }
 
     /// The names of the templates that tags name, with their bytes.
-    pub(super) fn templates<'t>(&self, text: &'t str) -> impl Iterator<Item = (&'t str, Range<usize>)> {
+    pub(crate) fn templates<'t>(&self, text: &'t str) -> impl Iterator<Item = (&'t str, Range<usize>)> {
         self.tags.iter().filter_map(move |tag| template(text, tag))
     }
 }
@@ -104,7 +104,7 @@ fn is_broken(text: &str, tag: &Tag) -> bool {
 }
 
 /// The template that a tag names, in `include`, `import`, `from` and `extends`, and the bytes of the name.
-pub(super) fn template<'t>(text: &'t str, tag: &Tag) -> Option<(&'t str, Range<usize>)> {
+pub(crate) fn template<'t>(text: &'t str, tag: &Tag) -> Option<(&'t str, Range<usize>)> {
     if !["include", "import", "from", "extends"].contains(&text.get(tag.words.first()?.range.clone())?) {
         return None;
     }
@@ -115,18 +115,18 @@ pub(super) fn template<'t>(text: &'t str, tag: &Tag) -> Option<(&'t str, Range<u
 
 /// The text of a template with its tags. The rest is found when it is first asked for.
 #[derive(Debug)]
-pub(super) struct Text {
-    pub(super) text: Arc<str>,
-    pub(super) tags: Tags,
+pub(crate) struct Text {
+    pub(crate) text: Arc<str>,
+    pub(crate) tags: Tags,
     found: OnceLock<(String, Vec<Declared>)>,
 }
 
 impl Text {
-    pub(super) fn new(text: Arc<str>) -> Self {
+    pub(crate) fn new(text: Arc<str>) -> Self {
         Self { tags: Tags::of(&text), text, found: OnceLock::new() }
     }
 
-    pub(super) fn scan(&self) -> Scan<'_> {
+    pub(crate) fn scan(&self) -> Scan<'_> {
         let Self { text, tags, found } = self;
         let (flat, declared) = found.get_or_init(|| {
             let flat = flattened(text, tags);
@@ -141,27 +141,27 @@ impl Text {
 
 /// A template's text with what was found in it.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Scan<'t> {
-    pub(super) text: &'t str,
+pub(crate) struct Scan<'t> {
+    pub(crate) text: &'t str,
     /// The WGSL of the text: comments and tags are blanks, and tags of values are part of the word around them.
-    pub(super) flat: &'t str,
-    pub(super) tags: &'t [Tag],
-    pub(super) declared: &'t [Declared],
+    pub(crate) flat: &'t str,
+    pub(crate) tags: &'t [Tag],
+    pub(crate) declared: &'t [Declared],
 }
 
 impl<'t> Scan<'t> {
-    pub(super) fn name(&self, declared: &Declared) -> &'t str {
+    pub(crate) fn name(&self, declared: &Declared) -> &'t str {
         &self.text[declared.name.clone()]
     }
 
     /// The tag that contains a byte, delimiters left out.
-    pub(super) fn tag_at(&self, offset: usize) -> Option<&'t Tag> {
+    pub(crate) fn tag_at(&self, offset: usize) -> Option<&'t Tag> {
         let end = |tag: &Tag| tag.range.end - if is_closed(self.text, tag) { 2 } else { 0 };
         self.tags.iter().find(|tag| (tag.range.start + 2..=end(tag)).contains(&offset))
     }
 
     /// Returns `true` for a byte within a comment, of the template or of WGSL.
-    pub(super) fn is_comment(&self, offset: usize) -> bool {
+    pub(crate) fn is_comment(&self, offset: usize) -> bool {
         let Some(before) = self.text.get(..offset) else { return false };
         [("{#", "#}"), ("/*", "*/"), ("//", "\n")].iter().any(|(open, close)| {
             before.rfind(open).is_some_and(|start| {
@@ -171,18 +171,18 @@ impl<'t> Scan<'t> {
     }
 
     /// The word of WGSL at a byte, or before it.
-    pub(super) fn word_at(&self, offset: usize) -> Range<usize> {
+    pub(crate) fn word_at(&self, offset: usize) -> Range<usize> {
         word_at(self.flat, offset)
     }
 
     /// Returns `true` for a word that names a member of a structure: after a dot, or where it is declared.
-    pub(super) fn is_member(&self, range: &Range<usize>) -> bool {
+    pub(crate) fn is_member(&self, range: &Range<usize>) -> bool {
         let is_declared = |one: &Declared| one.kind == TemplateItem::Member && one.name == *range;
         self.flat[..range.start].ends_with('.') || self.declared.iter().any(is_declared)
     }
 
     /// All occurrences of a name in the WGSL. Names of attributes and of their built-in values are left out.
-    pub(super) fn words<'s>(self, word: &'s str) -> impl Iterator<Item = Range<usize>> + use<'s, 't> {
+    pub(crate) fn words<'s>(self, word: &'s str) -> impl Iterator<Item = Range<usize>> + use<'s, 't> {
         let is_it = move |range: &Range<usize>| {
             &self.text[range.clone()] == word && !is_of_attribute(&self.flat[..range.start])
         };
@@ -190,12 +190,12 @@ impl<'t> Scan<'t> {
     }
 
     /// All names that tags write together with text or other tags, such as `shade_{{ kind }}`.
-    pub(super) fn generated(self) -> impl Iterator<Item = &'t str> {
+    pub(crate) fn generated(self) -> impl Iterator<Item = &'t str> {
         words(self.flat).map(move |range| &self.text[range]).filter(|word| word.contains("{{"))
     }
 
     /// All occurrences of a name within tags.
-    pub(super) fn words_of_tags<'s>(self, name: &'s str) -> impl Iterator<Item = Range<usize>> + use<'s, 't> {
+    pub(crate) fn words_of_tags<'s>(self, name: &'s str) -> impl Iterator<Item = Range<usize>> + use<'s, 't> {
         let words = self.tags.iter().flat_map(|tag| &tag.words);
         let is_it =
             move |word: &&Word| word.kind == WordKind::Identifier && &self.text[word.range.clone()] == name;
@@ -203,7 +203,7 @@ impl<'t> Scan<'t> {
     }
 
     /// The function that contains a byte.
-    pub(super) fn function_at(&self, offset: usize) -> Option<&'t Declared> {
+    pub(crate) fn function_at(&self, offset: usize) -> Option<&'t Declared> {
         let is_it = |one: &&Declared| {
             one.kind == TemplateItem::Function && (one.name.end..=one.whole.end).contains(&offset)
         };
@@ -211,7 +211,7 @@ impl<'t> Scan<'t> {
     }
 
     /// The bytes of a local name's declaration: the last before the use at `offset`, in the same function.
-    pub(super) fn local(&self, word: &str, offset: usize) -> Option<Range<usize>> {
+    pub(crate) fn local(&self, word: &str, offset: usize) -> Option<Range<usize>> {
         let function = self.function_at(offset)?;
         let mut found = None;
         let mut before = "";
@@ -232,7 +232,7 @@ impl<'t> Scan<'t> {
     }
 
     /// The lines of comments directly before a declaration.
-    pub(super) fn comment(&self, declared: &Declared) -> String {
+    pub(crate) fn comment(&self, declared: &Declared) -> String {
         let before = &self.text[..declared.whole.start];
         let trimmed = before.trim_end();
         // A comment of the template that ends on the line before.
@@ -258,7 +258,7 @@ fn is_of_attribute(before: &str) -> bool {
 }
 
 /// Returns `true` for a character of WGSL names as templates write them.
-pub(super) fn is_of_name(sign: char) -> bool {
+pub(crate) fn is_of_name(sign: char) -> bool {
     sign.is_ascii_alphanumeric() || sign == '_'
 }
 
@@ -402,7 +402,7 @@ fn is_of_module(flat: &str, keyword: &Range<usize>) -> bool {
 }
 
 /// The first byte of the attributes before a keyword.
-pub(super) fn attributes_start(flat: &str, keyword: usize) -> usize {
+pub(crate) fn attributes_start(flat: &str, keyword: usize) -> usize {
     let mut start = keyword;
     loop {
         let before = flat[..start].trim_end();
