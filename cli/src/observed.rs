@@ -1,9 +1,10 @@
 //! Observations that `graph --format html` shows beside the plan: captures from a folder, and times from a trace.
 //!
-//! A file `NAME.png` is the picture of the resource NAME, `NAME@PASS.png` that of what the pass PASS leaves in it. Of
-//! `NAME.json` and `NAME.csv`, captured buffers, the first rows are shown; other JSON is passed over. Of a trace count
-//! the complete events whose names are those of passes, added up in each frame: a pass over many layers has many. The
-//! mean of all frames but the first is shown, unless there is only one.
+//! The file `NAME.png` shows the resource NAME at the end of the frame. `NAME@PASS.png` shows it after the pass PASS.
+//! Captured buffers are `NAME.json` and `NAME.csv`; their first rows are shown. Other JSON files are ignored.
+//!
+//! A trace is read for complete events with the name of a pass. The events of a pass are added up in each frame, since a
+//! pass over many layers has several. Shown is the mean of all frames; the first is left out if there are others.
 
 use std::collections::BTreeMap;
 use std::path::Path;

@@ -1,11 +1,11 @@
 //! `--report`: one page of a run, to be attached to a bug report.
 //!
 //! The page needs no network and no other file: frame, diagnostics, parameters and features, times, memory, every pass
-//! with what it reads and writes, and the page of the graph in a frame of its own. Pictures of textures are captures,
-//! made smaller; buffers are the first rows of theirs; the graph is that of the pipeline without the copies that make
-//! them. A run that fails writes the page with what there is by then.
+//! with what it reads and writes, and the page of the graph in a frame of its own. A texture is shown as a small picture
+//! of its capture, a buffer by the first rows. The graph leaves out the copies that captures add. A run that fails writes
+//! the page with what there is by then.
 //!
-//! Limits: of textures of several samples sample 0 is shown, of volumes the middle slice.
+//! Limits: a multisampled texture shows sample 0, a volume its middle slice.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;

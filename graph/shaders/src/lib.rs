@@ -81,4 +81,5 @@ pub use targets::profile::{TargetLanguage, TargetProfile};
 pub use umbragraph_text::diagnostic::{AxisValue, AxisValues, describe};
 pub use variant::compile::{ShaderModule, compile, complete, generate};
 pub use variant::texture_reads::texture_reads;
+pub use written::builtins;
 pub use written::text_map::TextMap;

@@ -70,10 +70,14 @@ struct Opened {
 
 impl Opened {
     fn new(name: &str) -> Self {
+        Self::with(name, TEMPLATE)
+    }
+
+    fn with(name: &str, template: &str) -> Self {
         let scratch = umbragraph_test_support::scratch::ScratchFolder::new(name);
         let folder = scratch.canonicalize().expect("a folder");
         let files = BTreeMap::from([
-            ("own.wgsl.jinja", TEMPLATE.to_owned()),
+            ("own.wgsl.jinja", template.to_owned()),
             ("part.wgsl.jinja", PART.to_owned()),
             ("own.axes.json", AXES.to_owned()),
             ("one.json", document("one", "")),
@@ -208,6 +212,32 @@ fn renames_that_are_not_safe_are_refused_with_a_reason() {
     assert_eq!(after.len(), 1);
     let told = opened.editor.told.last().expect("a warning");
     assert!(told.contains("values.json") && told.contains("\"power\""), "{told}");
+}
+
+#[test]
+fn words_with_another_meaning_keep_their_name() {
+    let more = "const LIMIT = 2.0;
+fn faded(tint: f32) -> f32 {
+    return tint;
+}
+{% block first %}{% endblock %}
+{% for at in range(2) %}{% if loop.first and not half(1) %}{% endif %}{% endfor %}
+{% set third = 1 %}{% macro third() %}{% endmacro %}";
+    let template = TEMPLATE.replace("const LIMIT = 2.0;", more);
+    let mut opened = Opened::with("lsp_words_with_another_meaning", &template);
+    let mut renamed = |text: &str, new: &str| {
+        opened.renamed("own.wgsl.jinja", text, new).map(|after| after["own.wgsl.jinja"].clone())
+    };
+    let block = template.replace("block first", "block begin");
+    assert_eq!(renamed("block fi|rst", "begin"), Ok(block), "an attribute of the loop is no block");
+    let refused = renamed("loop.fi|rst", "begin").expect_err("no block");
+    assert!(refused.contains("\"first\""), "{refused}");
+    assert_eq!(renamed("macro ha|lf", "halved"), Ok(replaced(&template, "half", "halved")));
+    // A name of the module that a function gives to a parameter, and a macro that shares its name with a variable.
+    let refused = renamed("> ti|nt: T", "hue").expect_err("a parameter has the name");
+    assert!(refused.contains("has a local name \"tint\", too"), "{refused}");
+    let refused = renamed("macro thi|rd", "fourth").expect_err("a variable has the name");
+    assert!(refused.contains("a variable or an argument the name \"third\""), "{refused}");
 }
 
 #[test]

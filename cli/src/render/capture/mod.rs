@@ -33,7 +33,7 @@ enum Contents {
 pub(super) enum Captured {
     Texels {
         texels: Texels,
-        /// The number of samples a texel, of which the first was read.
+        /// The number of samples of each texel. The texels are those of the first sample.
         samples: u32,
     },
     Bytes(Vec<u8>),
@@ -125,8 +125,8 @@ pub(super) struct LeftOut {
     pub(super) reason: String,
 }
 
-/// Takes out the captures that nobody named and for which there is a `reason`, which is asked with the name of the pass
-/// that copies. Returns them; `document` is then that of the others.
+/// Removes captures for which `reason` returns a reason, and returns them. Captures that the command line names stay.
+/// `reason` gets the name of the pass that copies. `document` is made anew from the captures that stay.
 ///
 /// # Errors
 /// As of [`captures`].

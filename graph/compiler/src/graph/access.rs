@@ -90,7 +90,7 @@ pub(crate) fn accesses<'a>(
 
 /// Returns the name of a pass without the rounds of loops: `down` for `down.2`.
 fn without_rounds(name: &str) -> Vec<&str> {
-    name.split('.').filter(|part| !part.starts_with(|first: char| first.is_ascii_digit())).collect()
+    name.split('.').filter(|part| !umbragraph_pipeline::pipeline::is_round(part)).collect()
 }
 
 /// Returns `true` if a render or compute pass accesses a buffer, which WebGPU then tracks as one unit.

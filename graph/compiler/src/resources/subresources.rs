@@ -13,7 +13,9 @@ use crate::resources::resolved::sizes;
 use crate::resources::size::{Size, Sizes};
 use umbragraph_pipeline::diagnostic::{Diagnostic, Diagnostics, codes};
 use umbragraph_pipeline::language::TextureShape;
-use umbragraph_pipeline::pipeline::{Access, History, Located as _, Pass, SubresourceRange, TypedPipeline};
+use umbragraph_pipeline::pipeline::{
+    Access, History, Located as _, Pass, SubresourceRange, TypedPipeline, is_round,
+};
 use umbragraph_pipeline::source::Sources;
 use umbragraph_pipeline::work::PassHandle;
 
@@ -117,8 +119,8 @@ fn subresources_beyond(
             }
             _ => format!("it has {count}, counted from 0: {what} 0 to {what} {}", count - 1),
         };
-        let is_round = round.split('.').any(|part| part.starts_with(|first: char| first.is_ascii_digit()));
-        let message = if is_round { format!("{message}, in \"{round}\"") } else { message };
+        let is_of_loop = round.split('.').any(is_round);
+        let message = if is_of_loop { format!("{message}, in \"{round}\"") } else { message };
         Some(one.error(codes::ATTACHMENTS, message).related(resource.place, "declared here").help(help))
     });
     beyond.collect()

@@ -3,6 +3,7 @@
 //! naga names types as its own data, and some errors without a place. Errors that are missing in this table keep
 //! naga's text.
 
+use std::collections::HashSet;
 use std::ops::Range;
 
 use naga::common::wgsl::TypeContext as _;
@@ -406,7 +407,8 @@ fn array_in_uniform(module: &Module, variable: Handle<GlobalVariable>, stride: u
 
 /// Explains an operation that the stage of an entry point does not have.
 fn forbidden(module: &Module, entry: &EntryPoint) -> Option<Explained> {
-    let (span, operation, help) = operation(module, &entry.function, entry.stage, 0)?;
+    let mut seen = HashSet::new();
+    let (span, operation, help) = operation(module, &entry.function, entry.stage, &mut seen)?;
     let stage = match entry.stage {
         ShaderStage::Vertex => "vertex",
         ShaderStage::Fragment => "fragment",
@@ -422,16 +424,16 @@ fn forbidden(module: &Module, entry: &EntryPoint) -> Option<Explained> {
     Some(Explained::new(message).at(span).help(help))
 }
 
-/// The maximum depth of calls in which an operation is looked for. WGSL has no recursion.
-const MAX_CALLS: usize = 64;
+/// The maximum number of called functions in which an operation is looked for.
+const MAX_FUNCTIONS: usize = 256;
 
-/// The first operation of a function, or of those that it calls, that a stage does not have: its place, its name and
-/// a way without it.
+/// The first operation of a function, or of those that it calls and that are not in `seen`, that a stage does not have:
+/// its place, its name and a way without it.
 fn operation(
     module: &Module,
     function: &Function,
     stage: ShaderStage,
-    calls: usize,
+    seen: &mut HashSet<Handle<Function>>,
 ) -> Option<(Span, &'static str, &'static str)> {
     if stage != ShaderStage::Fragment {
         for (handle, expression) in function.expressions.iter() {
@@ -458,14 +460,14 @@ fn operation(
             return Some((function.expressions.get_span(handle), name, help));
         }
     }
-    in_block(module, &function.body, stage, calls)
+    in_block(module, &function.body, stage, seen)
 }
 
 fn in_block(
     module: &Module,
     block: &Block,
     stage: ShaderStage,
-    calls: usize,
+    seen: &mut HashSet<Handle<Function>>,
 ) -> Option<(Span, &'static str, &'static str)> {
     const BARRIER: &str =
         "only the invocations of a workgroup wait for one another: remove it, or use a compute pass";
@@ -480,10 +482,10 @@ fn in_block(
             Statement::WorkGroupUniformLoad { .. } if stage != ShaderStage::Compute => {
                 Some((*span, "workgroupUniformLoad", BARRIER))
             }
-            Statement::Call { function, .. } if calls < MAX_CALLS => {
-                operation(module, &module.functions[*function], stage, calls + 1)
+            Statement::Call { function, .. } if seen.len() < MAX_FUNCTIONS && seen.insert(*function) => {
+                operation(module, &module.functions[*function], stage, seen)
             }
-            _ => ir::blocks(statement).find_map(|block| in_block(module, block, stage, calls)),
+            _ => ir::blocks(statement).find_map(|block| in_block(module, block, stage, seen)),
         };
         if found.is_some() {
             return found;

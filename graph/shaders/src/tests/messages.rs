@@ -67,7 +67,7 @@ const STATEMENTS: &[(&str, &str, &str, &str, &str)] = &[
     ("int i = 0;", "UG0520", "int i", "the type stands behind the name", "`var i: i32 = …`"),
     ("for (int i = 0; i < 4; i++) {}", "UG0520", "int i", "the type stands behind the name", "`var i: i32 = …`"),
     // Calls
-    ("let q = mix(at.x, at.y);", "UG0520", "mix", "`mix` takes 3 arguments here, not 2", "mix(e1, e2, e3)"),
+    ("let q = mix(at.x, at.y);", "UG0520", "mix", "`mix` takes 3 arguments here, not 2", "mix(a, b, t)"),
     ("let q = textureLoad(image, vec2<u32>(at.xy));", "UG0520", "textureLoad", "takes 3 arguments here, not 2", "textureLoad(texture, coordinates, level)"),
     ("let q = counts[0] + 1u;", "UG0520", "counts[0]", "by the atomic functions alone", "atomicLoad(&counts[0])"),
     ("counts[2] += 1u;", "UG0520", "counts[2]", "by the atomic functions alone", "write atomicAdd(&counts[2], 1u)"),

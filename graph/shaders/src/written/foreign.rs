@@ -5,6 +5,7 @@
 
 use std::ops::Range;
 
+use super::builtins;
 use super::rejection::Rejection;
 use umbragraph_text::diagnostic::{list_of, suggested_name};
 
@@ -62,36 +63,9 @@ const NAMES: &[(&str, &str)] = &[
     ("gl_WorkGroupID", "a parameter with @builtin(workgroup_id)"),
 ];
 
-/// Functions of WGSL with their parameters.
-#[rustfmt::skip]
-const FUNCTIONS: &[(&str, &str)] = &[
-    ("abs", "e"), ("acos", "e"), ("asin", "e"), ("atan", "e"), ("atan2", "y, x"), ("ceil", "e"),
-    ("clamp", "e, low, high"), ("cos", "e"), ("cosh", "e"), ("cross", "e1, e2"), ("degrees", "e"),
-    ("determinant", "e"), ("distance", "e1, e2"), ("dot", "e1, e2"), ("exp", "e"), ("exp2", "e"),
-    ("extractBits", "e, offset, count"), ("faceForward", "e1, e2, e3"), ("floor", "e"), ("fma", "e1, e2, e3"),
-    ("fract", "e"), ("insertBits", "e, newbits, offset, count"), ("inverseSqrt", "e"), ("ldexp", "e1, e2"),
-    ("length", "e"), ("log", "e"), ("log2", "e"), ("max", "e1, e2"), ("min", "e1, e2"), ("mix", "e1, e2, e3"),
-    ("modf", "e"), ("normalize", "e"), ("pow", "base, exponent"), ("radians", "e"), ("reflect", "e1, e2"),
-    ("refract", "e1, e2, ratio"), ("round", "e"), ("saturate", "e"), ("select", "if_false, if_true, condition"),
-    ("sign", "e"), ("sin", "e"), ("sinh", "e"), ("smoothstep", "low, high, x"), ("sqrt", "e"),
-    ("step", "edge, x"), ("tan", "e"), ("tanh", "e"), ("transpose", "e"), ("trunc", "e"), ("all", "e"),
-    ("any", "e"), ("dpdx", "e"), ("dpdy", "e"), ("fwidth", "e"), ("countOneBits", "e"), ("reverseBits", "e"),
-    ("arrayLength", "pointer"), ("atomicLoad", "pointer"), ("atomicStore", "pointer, value"),
-    ("atomicAdd", "pointer, value"), ("atomicSub", "pointer, value"), ("atomicMax", "pointer, value"),
-    ("atomicMin", "pointer, value"), ("atomicOr", "pointer, value"), ("atomicAnd", "pointer, value"),
-    ("atomicExchange", "pointer, value"),
-    ("textureSample", "texture, sampler, coordinates"), ("textureSampleBias", "texture, sampler, coordinates, bias"),
-    ("textureSampleLevel", "texture, sampler, coordinates, level"),
-    ("textureSampleGrad", "texture, sampler, coordinates, ddx, ddy"),
-    ("textureSampleCompare", "texture, sampler, coordinates, reference"),
-    ("textureSampleCompareLevel", "texture, sampler, coordinates, reference"),
-    ("textureStore", "texture, coordinates, value"), ("textureDimensions", "texture"),
-    ("workgroupBarrier", ""), ("storageBarrier", ""),
-];
-
 /// The names of WGSL's functions that can be meant by a misspelt one.
 pub(super) fn functions() -> impl Iterator<Item = &'static str> {
-    FUNCTIONS.iter().map(|(name, _)| *name).chain(["textureLoad", "textureGather", "bitcast"])
+    builtins::all().map(|one| one.name).chain(["bitcast"])
 }
 
 /// The maximum number of uses of a name among which its declaration is looked for.
@@ -206,8 +180,8 @@ fn arguments(text: &str, rejection: &mut Rejection, words: &[Range<usize>], numb
              storage texture has no level"
                 .to_owned(),
         );
-    } else if let Some((_, parameters)) = FUNCTIONS.iter().find(|(known, _)| *known == name) {
-        rejection.help = Some(format!("write {name}({parameters})"));
+    } else if let Some(function) = builtins::builtin(name) {
+        rejection.help = Some(format!("write {name}({})", function.parameters()));
     } else if let Some(declared) = declared(text, words, "fn", name) {
         let rest = text.get(declared.end..).unwrap_or_default();
         let Some(end) = rest.find('{') else { return false };

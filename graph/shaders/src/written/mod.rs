@@ -1,6 +1,7 @@
 //! Generated WGSL as text: the origins of its parts, the reasons for its rejection, and analyses that run before naga.
 
 pub(crate) mod attributes;
+pub mod builtins;
 pub(crate) mod complexity;
 pub(crate) mod constructors;
 pub(crate) mod declarations;

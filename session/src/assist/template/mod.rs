@@ -9,13 +9,13 @@
 //! Limits: no types are known, so a member leads to each structure of the unit that has one of its name.
 
 mod bound;
-mod builtins;
 mod rename;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use super::{Candidate, CandidateKind, Expected, Hover};
+use crate::graph::shader::builtins::{self, Builtin};
 use crate::graph::shader::tags::{TagKind, Word, WordKind};
 use crate::graph::shader::{Axes, Axis};
 use crate::graph::source::{FileId, Span};
@@ -23,7 +23,6 @@ use crate::session::Session;
 use crate::texts::Texts;
 pub use crate::texts::scan::TemplateItem;
 use crate::texts::scan::{self, Declared, Scan};
-use builtins::Builtin;
 
 /// A declaration of a template, for an outline.
 #[derive(Clone, Debug, PartialEq, Eq)]

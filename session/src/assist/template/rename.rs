@@ -110,28 +110,35 @@ fn occurrences(scan: Scan<'_>, name: &str, sort: Sort) -> Vec<Range<usize>> {
     }
 }
 
-/// Returns `false` for a word of a tag that names no block or macro: an attribute (`loop.first`), a filter (`| length`),
-/// a test (`is even`) or an argument by its name (`index=1`).
+/// Returns `false` for a word of a tag that names no block or macro: an attribute (`loop.first`), a filter (`| length`)
+/// or a test (`is even`).
 fn is_name_of_tags(text: &str, range: &Range<usize>) -> bool {
-    let (before, after) = (text[..range.start].trim_end(), text[range.end..].trim_start());
+    let before = text[..range.start].trim_end();
     let last = |text: &str| -> String {
         let start = text.rfind(|c: char| !is_of_name(c)).map_or(0, |at| at + 1);
         text.get(start..).unwrap_or_default().to_owned()
     };
-    if after.starts_with('=') && !after.starts_with("==") {
-        return false;
-    }
     match before.strip_suffix('.') {
         // Blocks are called as `self.NAME`, macros of an imported template as `ALIAS.NAME`.
         Some(object) => {
             let object = last(object.trim_end());
-            object == "self" || (!object.is_empty() && text.contains(&format!(" as {object}")))
+            let alias = format!(" as {object}");
+            let is_alias = |(at, _): (usize, &str)| !text[at + alias.len()..].starts_with(is_of_name);
+            object == "self" || (!object.is_empty() && text.match_indices(&alias).any(is_alias))
         }
         None => {
             let test = before.strip_suffix("not").filter(|rest| rest.ends_with(char::is_whitespace));
             !before.ends_with('|') && last(test.unwrap_or(before).trim_end()) != "is"
         }
     }
+}
+
+/// Returns `true` if a tag assigns to the name, as in `{% set NAME = 1 %}` or `half(NAME=1)`.
+fn assigns(scan: Scan<'_>, name: &str) -> bool {
+    scan.words_of_tags(name).any(|range| {
+        let after = scan.text[range.end..].trim_start();
+        after.starts_with('=') && !after.starts_with("==")
+    })
 }
 
 /// Returns the name at a byte of the template at the cursor with all its places; an error says why it cannot get
@@ -169,7 +176,9 @@ pub(super) fn places<'a>(unit: &Unit<'a>, offset: usize) -> Option<Result<Places
     for (_, file, scan) in family.scans() {
         spans.extend(occurrences(scan, old, sort).into_iter().map(|range| Span::new(file, range)));
     }
-    debug_assert!(spans.contains(&Span::new(file, range)) || sort == Sort::Tag);
+    if !spans.contains(&Span::new(file, range)) {
+        return Some(Err(format!("this \"{old}\" is another one than the declaration of that name")));
+    }
     Some(Ok(Places { old, spans, in_json, holders: family.holders, function: None }))
 }
 
@@ -219,7 +228,12 @@ fn refused(family: &Family<'_>, old: &str, sort: Sort) -> Result<InJson, String>
             true => {
                 Err(format!("\"{old}\" is neither a block nor a macro; only their names are changed in tags"))
             }
-            false => Ok(InJson::Nowhere),
+            false => match family.scans().find(|(_, _, scan)| assigns(*scan, old)) {
+                Some((name, ..)) => {
+                    Err(format!("{name} gives a variable or an argument the name \"{old}\", too"))
+                }
+                None => Ok(InJson::Nowhere),
+            },
         };
     }
     written_by_tags(family.scans().map(|(name, _, scan)| (name, scan)), old)?;

@@ -5,7 +5,7 @@ use crate::graph::Hazard;
 use crate::graph::access::PassAccess;
 use crate::graph::cycle;
 use umbragraph_pipeline::diagnostic::{Diagnostic, Diagnostics, codes};
-use umbragraph_pipeline::pipeline::{Located as _, ResourceKind, TypedPipeline};
+use umbragraph_pipeline::pipeline::{Located as _, ResourceKind, TypedPipeline, is_round};
 use umbragraph_pipeline::work::ResourceHandle;
 
 /// The maximum number of passes of a cycle that a diagnostic names.
@@ -165,7 +165,6 @@ fn order_help(first: &str, second: &str) -> String {
         .unwrap_or(0);
     let beside = |name: &str| name[outer..].split('.').next().unwrap_or_default().to_owned();
     let (earlier, later) = (beside(first), beside(second));
-    let is_round = |name: &str| name.starts_with(|c: char| c.is_ascii_digit());
     let common = first[..outer].trim_end_matches('.');
     if is_round(&earlier) || is_round(&later) {
         return format!(

@@ -15,6 +15,11 @@ pub fn is_of(pass: &str, name: &str) -> bool {
     pass.strip_prefix(name).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
 }
 
+/// Returns `true` for a part of a pass name that is the round of a loop: `2` of `down.2`.
+pub fn is_round(part: &str) -> bool {
+    part.starts_with(|first: char| first.is_ascii_digit())
+}
+
 /// Returns `true` for a valid name: a letter, then letters, digits and underscores (ASCII).
 fn is_name(name: &str) -> bool {
     name.chars().next().is_some_and(|first| first.is_ascii_alphabetic())

@@ -157,13 +157,3 @@ fn collect<'e>(expression: &'e Expression, names: &mut Vec<&'e str>) {
         _ => expression.parts().for_each(|part| collect(part, names)),
     }
 }
-
-/// Returns `true` if two values have the same type and, for lists, the same length and types of elements.
-pub fn is_alike(a: &Value, b: &Value) -> bool {
-    match (a, b) {
-        (Value::List(a), Value::List(b)) => {
-            a.len() == b.len() && a.iter().zip(b).all(|(a, b)| is_alike(a, b))
-        }
-        _ => std::mem::discriminant(a) == std::mem::discriminant(b),
-    }
-}

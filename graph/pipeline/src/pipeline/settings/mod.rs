@@ -6,6 +6,7 @@ pub(crate) mod derived;
 pub(crate) mod evaluate;
 pub(crate) mod kinds;
 pub(crate) mod live;
+pub(crate) mod misfit;
 pub(crate) mod overrides;
 pub(crate) mod preset;
 pub(crate) mod scope;

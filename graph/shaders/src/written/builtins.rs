@@ -5,21 +5,33 @@
 
 /// A built-in function.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Builtin {
-    pub(super) name: &'static str,
+pub struct Builtin {
+    /// The name of the function.
+    pub name: &'static str,
     /// The parameters and the type of the value.
-    pub(super) signature: &'static str,
+    pub signature: &'static str,
     /// The value in a phrase.
-    pub(super) about: &'static str,
+    pub about: &'static str,
 }
 
 /// Returns the built-in function of a name.
-pub(super) fn builtin(name: &str) -> Option<Builtin> {
+pub fn builtin(name: &str) -> Option<Builtin> {
     all().find(|one| one.name == name)
 }
 
+impl Builtin {
+    /// The names of the parameters, as they stand between the parentheses of a call.
+    pub fn parameters(&self) -> String {
+        let list = self.signature.split(" ->").next().unwrap_or_default();
+        let list = list.strip_prefix('(').and_then(|list| list.strip_suffix(')')).unwrap_or_default();
+        // A comma within the brackets of a type stands before no colon of its own.
+        let names = list.split(", ").filter_map(|one| Some(one.split_once(": ")?.0));
+        names.collect::<Vec<_>>().join(", ")
+    }
+}
+
 /// All built-in functions.
-pub(super) fn all() -> impl Iterator<Item = Builtin> {
+pub fn all() -> impl Iterator<Item = Builtin> {
     let mut lines = TABLE.lines();
     std::iter::from_fn(move || {
         let (call, about) = (lines.next()?, lines.next()?.trim_start());
@@ -266,6 +278,9 @@ mod tests {
         let names: Vec<&str> = all().map(|one| one.name).collect();
         assert_eq!(names.len() * 2, TABLE.lines().count());
         assert!(names.is_sorted_by(|a, b| a < b), "{names:?}");
+        assert_eq!(builtin("atomicAdd").map(|one| one.parameters()).as_deref(), Some("p, v"));
+        assert_eq!(builtin("arrayLength").map(|one| one.parameters()).as_deref(), Some("p"));
+        assert_eq!(builtin("workgroupBarrier").map(|one| one.parameters()).as_deref(), Some(""));
         for name in names {
             assert!(BUILTIN_IDENTIFIERS.contains(&name), "{name}");
             // A call with nothing is wrong in its arguments, and no unknown name.
