@@ -145,3 +145,27 @@ fn format<'a>(context: &Context<'a>, attachment: &Value) -> Option<&'a str> {
     let resource = declared.find(|one| one.kind == DeclarationKind::Resource && one.name == name)?;
     context.value_of(resource)?.get("texture")?.get("format")?.text()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::graph::document::parse;
+    use crate::graph::source::Sources;
+
+    #[test]
+    fn a_picker_of_whole_steps_changes_only_what_was_picked() {
+        let text = "[0.5, 0.25, 1] // warm";
+        let mut sources = Sources::new();
+        let file = sources.add("a", text);
+        let value = parse(&sources, file).valid().expect("a list").root;
+        let shown = [0.5, 0.25, 1.0, 1.0].map(to_srgb);
+        let color = Color { shown, is_linear: true, value };
+        let whole = shown.map(|one| (one * 255.0).round() / 255.0);
+        let edited =
+            |shown: [f64; 4]| color.edits(text, shown).expect("its own text").1.apply(text).expect("a text");
+        assert_eq!(edited(whole), text, "nothing was picked");
+        let [red, green, _, alpha] = whole;
+        assert_eq!(edited([red, green, 0.0, alpha]), "[0.5, 0.25, 0] // warm");
+        assert_ne!(edited([red - 1.0 / 255.0, green, 1.0, alpha]), text, "one step is a change");
+    }
+}
