@@ -23,6 +23,7 @@ use crate::reflection::WorkgroupSizes;
 use crate::rules::aliasing;
 use crate::rules::behaviors;
 use crate::rules::constant_arguments;
+use crate::rules::empty_vectors;
 use crate::rules::spelled;
 use crate::rules::stage_variables;
 use crate::rules::texture_arguments;
@@ -82,6 +83,7 @@ pub(crate) fn validate(module: &Module, capabilities: Capabilities) -> Result<Mo
         types::found,
         stage_variables::found,
         constant_arguments::found,
+        empty_vectors::found,
         texture_arguments::found,
     ];
     let beyond = rules.into_iter().find_map(|found| found(module).into_iter().next());

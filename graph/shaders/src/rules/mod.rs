@@ -5,6 +5,7 @@ pub(crate) mod aliasing;
 pub(crate) mod behaviors;
 pub(crate) mod constant_arguments;
 pub(crate) mod cost;
+pub(crate) mod empty_vectors;
 pub(crate) mod limits;
 pub(crate) mod spelled;
 pub(crate) mod stage_variables;
