@@ -25,7 +25,6 @@ use crate::measure::times::Times;
 use crate::memory::imports::{Given, ImportHandle, Importable};
 use crate::memory::pool::Pool;
 use crate::memory::read_back::{Texels, read_back};
-use crate::objects::creation;
 use crate::objects::creation::{Caught, Creation, reject};
 use umbragraph_pipeline::frame::FrameInput;
 
@@ -500,13 +499,9 @@ impl Executor {
                 self.queue.write_buffer(blocks, offset, bytes);
             }
         }
-        let has_created = creation.has_created();
         let mut caught = creation.finish();
         let mut diagnostics = caught.known();
         self.late.append(caught);
-        if has_created {
-            diagnostics.extend(creation::lost(&self.preparation.device));
-        }
         diagnostics.extend(prepared.err());
         if diagnostics.has_errors() {
             record::forget(&mut self.instantiated);
