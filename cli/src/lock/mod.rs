@@ -218,14 +218,14 @@ impl Worst {
         let Some((entry_point, cost)) = worst.worst() else { return Self::default() };
         let all = || reports.iter().flat_map(|report| &report.variants);
         // Where a value has no alternative, it is no cause.
-        let causes = |(axis, value): &(&String, &AxisValue)| {
+        let causes = |(axis, value): &(&str, &AxisValue)| {
             let mut others = all().filter(|other| other.axes.get(*axis) != Some(*value)).peekable();
             others.peek().is_some()
                 && others
                     .all(|other| other.worst().is_none_or(|(_, less)| is_notable(less.total, cost.total)))
         };
         let values = worst.axes.iter().filter(causes);
-        let values = values.map(|(axis, value)| (axis.clone(), value.clone())).collect();
+        let values = values.map(|(axis, value)| (axis.to_owned(), value.clone())).collect();
         Self { cost: cost.total, entry_point: entry_point.to_owned(), values }
     }
 }

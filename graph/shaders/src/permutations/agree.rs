@@ -15,6 +15,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
+use super::choices::Choices;
 use super::proven::Explored;
 use super::report::TemplateReport;
 use crate::axes::Axes;
@@ -24,7 +25,7 @@ use crate::reflection::interface;
 use crate::reflection::interface::InterfaceConflict;
 use crate::rendering::templates::TemplateSet;
 use crate::written::stages;
-use umbragraph_text::diagnostic::{AxisValue, AxisValues, Diagnostic, Place, describe, select_axes};
+use umbragraph_text::diagnostic::{AxisValue, AxisValues, Diagnostic, Place, describe};
 use umbragraph_text::source::Span;
 
 /// The maximum number of variants per conflicting binding that are searched for the most similar pair.
@@ -35,7 +36,7 @@ const MAX_CANDIDATES: usize = 256;
 struct Member<'a> {
     /// The index of the request, and the index of the WGSL module within the request.
     at: (usize, usize),
-    values: &'a AxisValues,
+    values: &'a Choices,
     reflection: &'a Arc<Reflection>,
 }
 
@@ -98,7 +99,7 @@ pub(super) fn disagreements(
 }
 
 fn layout<'a>(member: &Member<'a>, own: &[&str]) -> Layout<'a> {
-    own.iter().map(|name| member.values.get(*name)).collect()
+    own.iter().map(|name| member.values.get(name)).collect()
 }
 
 /// Returns `true` if two variants may use the same bind-group layout: no axis marked `own_layout` has different values
@@ -169,8 +170,9 @@ fn closest<'a>(
 }
 
 /// Returns the values of `one` that `other` lacks or has differently.
-fn apart(one: &AxisValues, other: &AxisValues) -> AxisValues {
-    select_axes(one, |name| one.get(name) != other.get(name))
+fn apart(one: &Choices, other: &Choices) -> AxisValues {
+    let apart = one.iter().filter(|(name, value)| other.get(name) != Some(value));
+    apart.map(|(name, value)| (name.to_owned(), value.clone())).collect()
 }
 
 /// The byte range of the name in the declaration of a module-scope variable with `@binding`; `None` if there is none.

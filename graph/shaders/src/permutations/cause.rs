@@ -166,7 +166,7 @@ fn wording(diagnostic: &Diagnostic) -> String {
 fn weigh(ground: &Ground<'_>, failure: &Failure) -> Effect {
     let mut configurations = Count::ZERO;
     for leaf in failure.leaves.iter().filter_map(|at| ground.leaves.get(*at)) {
-        let mut decided = leaf.decided.as_ref().clone();
+        let mut decided = leaf.decided.values();
         decided.extend(failure.overrides.clone());
         configurations = configurations.plus(ground.space.count(&decided));
     }
@@ -198,19 +198,19 @@ fn weigh(ground: &Ground<'_>, failure: &Failure) -> Effect {
 
 /// Returns a minimal set of axis values such that every variant with these values fails.
 fn provocation(ground: &Ground<'_>, failing: &BTreeSet<usize>) -> AxisValues {
-    let is_default = |name: &str, values: &AxisValues| ground.space.default_of(name) == values.get(name);
-    let switched_on =
-        |leaf: &Leaf| leaf.decided.keys().filter(|name| !is_default(name, &leaf.decided)).count();
+    let switched_on = |leaf: &Leaf| {
+        leaf.decided.iter().filter(|(name, value)| ground.space.default_of(name) != Some(value)).count()
+    };
     let Some(plainest) = failing
         .iter()
         .filter_map(|at| ground.leaves.get(*at))
-        .min_by_key(|leaf| (switched_on(leaf), leaf.decided.len()))
+        .min_by_key(|leaf| (switched_on(leaf), leaf.decided.iter().count()))
     else {
         return AxisValues::new();
     };
-    let mut values = plainest.decided.as_ref().clone();
+    let mut values = plainest.decided.values();
     let mut order: Vec<String> = values.keys().cloned().collect();
-    order.sort_by_key(|name| !is_default(name, &plainest.decided));
+    order.sort_by_key(|name| ground.space.default_of(name) != values.get(name));
     for name in order {
         let mut fewer = values.clone();
         fewer.remove(&name);
@@ -231,7 +231,7 @@ fn meet(ground: &Ground<'_>, leaf: &Leaf, values: &AxisValues) -> bool {
     if values.iter().any(|(name, value)| leaf.decided.get(name).is_some_and(|other| other != value)) {
         return false;
     }
-    let mut both = leaf.decided.as_ref().clone();
+    let mut both = leaf.decided.values();
     both.extend(values.clone());
     ground.space.possible(&both)
 }

@@ -57,7 +57,7 @@ impl TemplateReport {
         variant: &VariantReport,
         max: usize,
     ) -> Vec<(Span, u64)> {
-        let Some(source) = render::render_fixed(templates, &self.template, &variant.axes) else {
+        let Some(source) = render::render_fixed(templates, &self.template, &variant.axes.values()) else {
             return Vec::new();
         };
         let found = wgsl::with_stack(|| {

@@ -117,7 +117,7 @@ pub(super) fn effective_axes(exploration: &Exploration) -> BTreeSet<String> {
         return exploration.read.clone();
     }
     // What has one value everywhere tells no two paths apart.
-    let mut values: BTreeMap<&String, BTreeMap<&AxisValue, u32>> = BTreeMap::new();
+    let mut values: BTreeMap<&str, BTreeMap<&AxisValue, u32>> = BTreeMap::new();
     for (name, value) in leaves.iter().flat_map(|leaf| leaf.decided.iter()) {
         let known = values.entry(name).or_default();
         let next = known.len() as u32 + 1;
@@ -131,8 +131,8 @@ pub(super) fn effective_axes(exploration: &Exploration) -> BTreeSet<String> {
     let rows: Vec<Vec<u32>> = leaves
         .iter()
         .map(|leaf| {
-            let number = |(name, known): (&&String, &BTreeMap<&AxisValue, u32>)| {
-                leaf.decided.get(*name).and_then(|value| known.get(value)).copied().unwrap_or_default()
+            let number = |(name, known): (&&str, &BTreeMap<&AxisValue, u32>)| {
+                leaf.decided.get(name).and_then(|value| known.get(value)).copied().unwrap_or_default()
             };
             values.iter().map(number).collect()
         })
@@ -160,7 +160,7 @@ pub(super) fn effective_axes(exploration: &Exploration) -> BTreeSet<String> {
     }
     let effective = min.into_iter().fold(0, |all, axes| all | axes);
     let names = values.keys().enumerate().filter(|(bit, _)| effective >> bit & 1 == 1);
-    names.map(|(_, name)| (*name).clone()).collect()
+    names.map(|(_, name)| (*name).to_owned()).collect()
 }
 
 /// The pieces of template text that some variant contains, each as file and byte offset.
@@ -181,7 +181,9 @@ impl Coverage<'_> {
         for leaf in exploration.leaves.iter().take(MAX_MARKED) {
             let text = leaf.text.and_then(|at| exploration.source(set, template, at));
             let Some(text) = text else { continue };
-            let Some(found) = set.marked().map(template, &leaf.decided, &text.wgsl) else { continue };
+            let Some(found) = set.marked().map(template, &leaf.decided.values(), &text.wgsl) else {
+                continue;
+            };
             let before = self.written.len();
             for segment in &found.map.segments {
                 if let Some(Origin::Literal(file, offset)) = segment.origin {

@@ -38,7 +38,7 @@ pub fn declares(
             if text.contains(member.unwrap_or(binding)) && has(&text, binding, member) {
                 let exploration = &explorer.exploration;
                 let leaf = exploration.texts.last().and_then(|text| exploration.leaves.get(text.leaf));
-                return Some(leaf.map(|leaf| AxisValues::clone(&leaf.decided)).unwrap_or_default());
+                return Some(leaf.map(|leaf| leaf.decided.values()).unwrap_or_default());
             }
         }
         (!explorer.exploration.complete).then(AxisValues::new)

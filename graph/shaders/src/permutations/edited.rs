@@ -57,7 +57,7 @@ pub fn variants(templates: &TemplateSet, request: &Request) -> (Vec<Variant>, Ve
     let variant = |at: usize| {
         let leaf = exploration.leaves.get(exploration.texts.get(at)?.leaf)?;
         let source = exploration.source(templates, template, at)?;
-        Some(Variant { template: template.clone(), axes: leaf.decided.clone(), source })
+        Some(Variant { template: template.clone(), axes: Arc::new(leaf.decided.values()), source })
     };
     ((0..exploration.texts.len()).filter_map(variant).collect(), diagnostics)
 }
@@ -131,7 +131,7 @@ pub fn root_causes(
         Ok(space) => space,
         Err(diagnostics) => return diagnostics,
     };
-    let leaf = |(values, _): &(AxisValues, _)| Leaf { decided: Arc::new(values.clone()), text: None };
+    let leaf = |(values, _): &(AxisValues, _)| Leaf { decided: values.into(), text: None };
     let leaves: Vec<Leaf> = found.iter().map(leaf).collect();
     let ground = Ground {
         template: &request.template,

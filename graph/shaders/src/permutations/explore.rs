@@ -19,6 +19,7 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use minijinja::value::{Object, Value};
 
+use super::choices::Choices;
 use crate::axes::AxisKind;
 use crate::axes::Domain;
 use crate::axes::Space;
@@ -54,7 +55,7 @@ const MAX_VALUES: u64 = 1 << 14;
 #[derive(Clone, Debug)]
 pub(crate) struct Leaf {
     /// The values of the axes that were read on the path.
-    pub(crate) decided: Arc<AxisValues>,
+    pub(crate) decided: Choices,
     /// The index of the generated module; `None` if rendering failed.
     pub(crate) text: Option<usize>,
 }
@@ -104,7 +105,7 @@ impl Exploration {
     /// Renders the module with index `text` again, with its map to the templates; `None` on an error.
     pub(crate) fn source(&self, set: &TemplateSet, template: &str, text: usize) -> Option<Source> {
         let leaf = self.leaves.get(self.texts.get(text)?.leaf)?;
-        render::render_fixed(set, template, &leaf.decided)
+        render::render_fixed(set, template, &leaf.decided.values())
     }
 
     fn is_full(&self) -> bool {
@@ -117,7 +118,7 @@ impl Exploration {
 /// A branch of the exploration to continue later: the axis values decided before, the axis, and the index of its next
 /// value.
 struct Pending {
-    decided: AxisValues,
+    decided: Choices,
     axis: String,
     next: u64,
 }
@@ -137,7 +138,7 @@ pub(crate) struct Explorer<'a> {
     nearest_first: bool,
     by_hash: HashMap<[u8; 32], usize>,
     pending: VecDeque<Pending>,
-    next: Option<AxisValues>,
+    next: Option<Choices>,
     pub(crate) exploration: Exploration,
 }
 
@@ -153,7 +154,7 @@ impl<'a> Explorer<'a> {
             nearest_first: false,
             by_hash: HashMap::new(),
             pending: VecDeque::new(),
-            next: Some(AxisValues::new()),
+            next: Some(Choices::default()),
             exploration: Exploration { complete: true, ..Exploration::default() },
         }
     }
@@ -199,9 +200,9 @@ impl<'a> Explorer<'a> {
     }
 
     /// Renders the path that starts with these axis values. Returns the decisions on the path and the WGSL.
-    fn text(&mut self, start: AxisValues) -> (Arc<Fork>, Result<String, Box<Diagnostic>>) {
+    fn text(&mut self, start: &Choices) -> (Arc<Fork>, Result<String, Box<Diagnostic>>) {
         let fork = || {
-            let state = State { decided: start.clone(), ..State::default() };
+            let state = State { decided: start.values(), ..State::default() };
             Arc::new(Fork { space: self.space.clone(), state: Mutex::new(state) })
         };
         let is_worth_it = |parts: &&OnceLock<Option<Parts>>| {
@@ -232,9 +233,8 @@ impl<'a> Explorer<'a> {
     }
 
     /// Renders the path that starts with these axis values. Returns the WGSL if it is new.
-    fn take_path(&mut self, start: AxisValues) -> Option<String> {
-        let before = start.clone();
-        let (fork, result) = self.text(start);
+    fn take_path(&mut self, start: Choices) -> Option<String> {
+        let (fork, result) = self.text(&start);
         let state = std::mem::take(&mut *fork.state.lock().unwrap_or_else(PoisonError::into_inner));
         self.unknown.extend(state.unknown);
         let exploration = &mut self.exploration;
@@ -266,7 +266,7 @@ impl<'a> Explorer<'a> {
                 None
             }
         };
-        let mut decided = before;
+        let mut decided = start;
         for (axis, taken) in state.forks {
             let value = state.decided.get(&axis).cloned();
             self.pending.push_back(Pending { decided: decided.clone(), axis: axis.clone(), next: taken + 1 });
@@ -274,33 +274,33 @@ impl<'a> Explorer<'a> {
                 exploration.read.insert(axis.clone());
             }
             if let Some(value) = value {
-                decided.insert(axis, value);
+                decided = decided.and(axis, value);
             }
         }
-        exploration.leaves.push(Leaf { decided: Arc::new(decided), text });
+        exploration.leaves.push(Leaf { decided, text });
         new
     }
 
     /// Returns the axis values at which the next path starts; `None` if all paths are explored.
-    fn take_pending(&mut self) -> Option<AxisValues> {
+    fn take_pending(&mut self) -> Option<Choices> {
         let space = &self.space;
         loop {
             let next = if self.nearest_first { self.pending.pop_front() } else { self.pending.pop_back() };
             let mut branch = next?;
+            let mut values = branch.decided.values();
             let found = space.variable(&branch.axis).and_then(|domain| {
                 let domain = narrowed(space, &branch.axis, domain);
-                first_possible(space, &domain, &branch.axis, &mut branch.decided, branch.next)
+                first_possible(space, &domain, &branch.axis, &mut values, branch.next)
             });
-            if let Some(taken) = found {
-                let values = branch.decided.clone();
-                branch.decided.remove(&branch.axis);
+            if let Some((taken, value)) = found.zip(values.remove(&branch.axis)) {
+                let start = branch.decided.and(branch.axis.clone(), value);
                 branch.next = taken + 1;
                 if self.nearest_first {
                     self.pending.push_front(branch);
                 } else {
                     self.pending.push_back(branch);
                 }
-                return Some(values);
+                return Some(start);
             }
         }
     }

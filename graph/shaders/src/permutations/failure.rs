@@ -62,6 +62,6 @@ pub(super) fn place_rejection(
     let Some(file) = templates.file(template) else { return templates.unknown(template, Place::Nowhere) };
     markers::place(templates, rejection, &source.wgsl, &source.map, file, || {
         let leaf = each.exploration.leaves.get(each.exploration.texts.get(text)?.leaf)?;
-        templates.marked().map(template, &leaf.decided, &source.wgsl)
+        templates.marked().map(template, &leaf.decided.values(), &source.wgsl)
     })
 }

@@ -15,6 +15,7 @@ mod agree;
 mod blame;
 mod cache;
 mod cause;
+mod choices;
 mod choose;
 mod components;
 mod compose;
@@ -43,6 +44,8 @@ mod verdicts;
 pub use crate::axes::Space;
 pub use crate::rules::cost::{Cost, Operations, WEIGHTS, Weight};
 pub use cache::ShaderCache;
+pub use choices::Choices;
+
 pub use dead::dead;
 pub use declared::declares;
 pub use edited::{TextEdit, Variant, root_causes, variants};

@@ -3,11 +3,12 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
+use super::choices::Choices;
 use crate::reflection::{Binding, Reflection};
 use crate::rendering::render;
 use crate::rendering::templates::TemplateSet;
 use crate::rules::cost::Cost;
-use umbragraph_text::diagnostic::{AxisValue, AxisValues, Count, Diagnostics};
+use umbragraph_text::diagnostic::{AxisValue, Count, Diagnostics};
 
 /// The results of a permutation check.
 #[derive(Clone, Debug, Default)]
@@ -72,8 +73,7 @@ pub type Costs = BTreeMap<String, Cost>;
 #[non_exhaustive]
 pub struct VariantReport {
     /// The axis values on the first template path that generates the module.
-    #[serde(serialize_with = "shared")]
-    pub axes: Arc<AxisValues>,
+    pub axes: Choices,
     /// The number of template paths that generate the module.
     pub paths: usize,
     /// The number of axis-value combinations that generate the module.
@@ -126,7 +126,7 @@ impl VariantReport {
             text.chars().map(|each| if keep(each) { each } else { '_' }).collect()
         };
         let mut file = clean(name).trim_start_matches('.').chars().take(80).collect::<String>();
-        for (axis, value) in self.axes.iter() {
+        for (axis, value) in &self.axes.values() {
             let part = clean(&format!(".{axis}={value}"));
             if file.len() + part.len() > 160 {
                 file.push_str(".etc");
@@ -141,7 +141,7 @@ impl VariantReport {
 impl TemplateReport {
     /// Renders the WGSL of a variant again, since reports do not store it; `None` if rendering fails.
     pub fn text(&self, templates: &TemplateSet, variant: &VariantReport) -> Option<String> {
-        render::render_fixed(templates, &self.template, &variant.axes).map(|source| source.wgsl)
+        render::render_fixed(templates, &self.template, &variant.axes.values()).map(|source| source.wgsl)
     }
 
     /// Returns the variant with the largest WGSL, or `None` if there are no variants.

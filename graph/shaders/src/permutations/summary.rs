@@ -30,7 +30,7 @@ pub(super) fn report_on(
         let leaves = exploration.leaves_of(at);
         let mut configurations = Count::ZERO;
         for leaf in leaves.iter().filter_map(|at| exploration.leaves.get(*at)) {
-            configurations = configurations.plus(space.count(&leaf.decided));
+            configurations = configurations.plus(space.count(&leaf.decided.values()));
         }
         covered = covered.plus(configurations);
         variants.push(VariantReport {
@@ -75,7 +75,7 @@ fn values_of(exploration: &Exploration) -> BTreeMap<String, BTreeSet<AxisValue>>
         match values.get_mut(name) {
             Some(known) if known.contains(value) => {}
             Some(known) => drop(known.insert(value.clone())),
-            None => drop(values.insert(name.clone(), [value.clone()].into())),
+            None => drop(values.insert(name.to_owned(), [value.clone()].into())),
         }
     }
     values

@@ -47,7 +47,7 @@ fn compare(fixture: &Fixture, request: &Request) -> (usize, usize) {
         };
         let (report, variant) = texts.clone().find(differs)?;
         let text = report.text(&fixture.set, variant).unwrap_or_default();
-        Some(format!("{:?} {}\n{text}", variant.axes, variant.valid))
+        Some(format!("{:?} {}\n{text}", variant.axes.values(), variant.valid))
     };
     assert!(
         verdicts(&few) == verdicts(&every),

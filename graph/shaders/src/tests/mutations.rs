@@ -48,11 +48,13 @@ fn reachable(fixture: &Fixture, root: &str) -> Vec<Piece> {
     let outcome = check(&fixture.set, &[request(fixture, root, &[])], &Options::default());
     let mut found = BTreeMap::new();
     for variant in &outcome.templates[0].variants {
-        let (source, _) = render::render(&fixture.set, root, &variant.axes).unwrap();
+        let (source, _) = render::render(&fixture.set, root, &variant.axes.values()).unwrap();
         for (_, span) in source.map.pieces() {
             let Some(span) = span else { continue };
             if !fixture.sources.text(span).starts_with("{{") {
-                found.entry((span.file, span.start, span.end)).or_insert_with(|| variant.axes.clone());
+                found
+                    .entry((span.file, span.start, span.end))
+                    .or_insert_with(|| Arc::new(variant.axes.values()));
             }
         }
     }
