@@ -16,6 +16,7 @@ pub(crate) const SCHEME: &str = "umbragraph:";
 pub const PIPELINES: &[(&str, &str)] = &[
     ("awsm.json", include_str!("awsm.json")),
     ("awsm/casters.json", include_str!("awsm/casters.json")),
+    ("awsm/clustered_lights.json", include_str!("awsm/clustered_lights.json")),
     ("awsm/debug_views.json", include_str!("awsm/debug_views.json")),
     ("awsm/deferred.json", include_str!("awsm/deferred.json")),
     ("awsm/depth_bounds.json", include_str!("awsm/depth_bounds.json")),

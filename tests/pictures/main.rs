@@ -6,6 +6,7 @@
 mod common;
 
 mod brdf;
+mod clustered_lights;
 mod contact;
 mod coverage;
 mod depth_bounds;

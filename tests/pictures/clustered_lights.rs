@@ -1,0 +1,121 @@
+//! Clustered lights: the pictures of shading by the lights that can reach a pixel are those of shading by all lights.
+
+use std::f32::consts::FRAC_PI_2;
+use std::f64::consts::TAU;
+
+use crate::common::gpu::{Host, scene};
+use crate::common::{With, check_file, read, root, with_small_maps};
+use glam::{DQuat, DVec3};
+use umbragraph::frame::{Camera, FrameInput, Light, LightKind, Projection};
+use umbragraph::scene::Scene;
+use umbragraph_test_support::gpu;
+use umbragraph_test_support::image::Picture;
+use umbragraph_test_support::property;
+use umbragraph_test_support::random::Random;
+
+const SIZE: [u32; 2] = [160, 120];
+const ASPECT: f64 = 160.0 / 120.0;
+
+/// Lights around the origin: points, spots of any width in any direction, some without a range, and a sun.
+fn lights(random: &mut Random, count: usize) -> Vec<Light> {
+    let local = (0..count).map(|at| {
+        let angle = 0.01 + random.unit() as f32 * (FRAC_PI_2 - 0.02);
+        let kind = match at % 2 {
+            0 => LightKind::Point,
+            _ => LightKind::Spot { inner_angle: angle * random.unit() as f32, outer_angle: angle },
+        };
+        let place = DVec3::new(random.unit() * 20.0 - 10.0, random.unit() * 4.0, random.unit() * 20.0 - 10.0);
+        let turn = DQuat::from_rotation_y(random.unit() * TAU) * DQuat::from_rotation_x(random.unit() * TAU);
+        let color = DVec3::new(random.unit(), random.unit(), random.unit()).as_vec3();
+        let light =
+            Light::new(format!("light {at}"), kind).position(place).direction(turn * DVec3::Z).color(color);
+        match at % 50 {
+            49 => light.intensity(0.5),
+            _ => light.intensity(20.0).range(0.2 + 3.0 * random.unit() as f32),
+        }
+    });
+    let sun = Light::directional("sun", [0.3, -1.0, 0.2], [1.0; 3], 2.0).property("cast_shadow");
+    local.chain([sun]).collect()
+}
+
+fn courtyard() -> Scene {
+    scene(&root().join("examples/scenes/courtyard.glb"))
+}
+
+/// Draws a frame of the courtyard with clustered lights on or off.
+fn picture(
+    pipeline: &str,
+    features: &[(&str, &str)],
+    input: &FrameInput,
+    is_clustered: bool,
+) -> Option<Picture> {
+    let gpu = gpu::device()?;
+    let clustered = if is_clustered { "true" } else { "false" };
+    let features: Vec<_> = features.iter().copied().chain([("clustered_lights", clustered)]).collect();
+    let parameters = with_small_maps(&[("light_capacity", "400")]);
+    let with = With { parameters: &parameters, features: &features, size: Some(SIZE), ..With::default() };
+    let outcome = check_file(pipeline, &with);
+    Some(Host::new(&gpu, &outcome, &courtyard()).picture(input))
+}
+
+/// Cameras of every projection, from places that the courtyard does not choose.
+fn cameras(random: &mut Random) -> [Camera; 3] {
+    let perspective = Projection::Perspective { vertical_fov: 0.9, near: 0.05, far: 300.0 };
+    let endless = Projection::Perspective { vertical_fov: 1.6, near: 0.001, far: f64::INFINITY };
+    let parallel = Projection::Orthographic { half_height: 6.0, near: -5.0, far: 60.0 };
+    let mut camera = |projection: Projection, pitch: f64| {
+        let place =
+            DVec3::new(random.unit() * 10.0 - 5.0, 1.0 + 5.0 * random.unit(), random.unit() * 10.0 - 5.0);
+        let turn = DQuat::from_rotation_y(random.unit() * TAU) * DQuat::from_rotation_x(pitch);
+        Camera::new(place, turn, projection, ASPECT)
+    };
+    [camera(perspective, -0.2), camera(endless, -0.5), camera(parallel, -0.7)]
+}
+
+#[test]
+fn pictures_are_those_of_all_lights() {
+    let mut random = Random(property::seed());
+    let cases: [(&str, &[(&str, &str)]); 4] = [
+        ("pipelines/awsm.json", &[("light_filter", "\"hard\""), ("msaa", "true")]),
+        ("pipelines/umbra.json", &[]),
+        ("pipelines/umbra.json", &[("deferred", "true"), ("visibility_first", "true")]),
+        ("pipelines/umbra.json", &[("fog", "true")]),
+    ];
+    let cameras = cameras(&mut random);
+    let all_cases = cameras.iter().flat_map(|camera| cases.map(|case| (camera, case)));
+    for (camera, (pipeline, features)) in property::part(all_cases, 5) {
+        let input = courtyard().frame_input(ASPECT, 0.0).camera(*camera).lights(lights(&mut random, 300));
+        let Some(all) = picture(pipeline, features, &input, false) else { return };
+        let Some(clustered) = picture(pipeline, features, &input, true) else { return };
+        let differing = clustered.differing(&all, 0);
+        assert_eq!(differing, 0, "{pipeline} {features:?} from {:?}", camera.projection);
+    }
+}
+
+#[test]
+fn pixels_go_through_few_lights() {
+    let Some(gpu) = gpu::device() else { return };
+    let lights = lights(&mut Random(1), 300);
+    // The debug view shows the number of lights that a pixel goes through, as a part of 512.
+    let template = read("shaders-templates/lit.wgsl.jinja");
+    let counted = template.replace(
+        "if strength <= 0.0 ||",
+        "arrived += 1.0;\n        sent = 512.0;\n        if true || strength <= 0.0 ||",
+    );
+    assert_ne!(counted, template, "the loop over lights has the text that is replaced");
+    let means = ["false", "true"].map(|clustered| {
+        let with = With {
+            parameters: &with_small_maps(&[("light_capacity", "400"), ("debug_view", "\"shadow_term\"")]),
+            features: &[("light_filter", "\"hard\""), ("clustered_lights", clustered)],
+            templates: &[("lit.wgsl.jinja", counted.as_str())],
+            size: Some(SIZE),
+            ..With::default()
+        };
+        let outcome = check_file("pipelines/awsm.json", &with);
+        let input = courtyard().frame_input(ASPECT, 0.0).lights(lights.clone());
+        let picture = Host::new(&gpu, &outcome, &courtyard()).picture(&input);
+        picture.rgba_pixels().map(|pixel| f64::from(pixel[0])).sum::<f64>() / f64::from(SIZE[0] * SIZE[1])
+    });
+    println!("mean levels with all lights and with those of a cluster: {means:?}");
+    assert!(means[1] > 0.0 && means[1] < 0.25 * means[0], "{means:?}");
+}
