@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 
 use crate::common::gpu::{Host, scene};
 use crate::common::{With, check_file, read, root, with_small_maps};
-use glam::{DQuat, DVec3};
+use glam::{DMat4, DQuat, DVec2, DVec3};
 use umbragraph::frame::{Camera, FrameInput, Light, LightKind, Projection};
 use umbragraph::scene::Scene;
 use umbragraph_test_support::gpu;
@@ -59,31 +59,38 @@ fn picture(
 }
 
 /// Cameras of every projection, from places that the courtyard does not choose.
-fn cameras(random: &mut Random) -> [Camera; 3] {
+fn cameras(random: &mut Random) -> [Camera; 4] {
     let perspective = Projection::Perspective { vertical_fov: 0.9, near: 0.05, far: 300.0 };
     let endless = Projection::Perspective { vertical_fov: 1.6, near: 0.001, far: f64::INFINITY };
     let parallel = Projection::Orthographic { half_height: 6.0, near: -5.0, far: 60.0 };
+    // Mirrored, off centre and oblique.
+    let turned = DMat4::from_cols_array(&[
+        -1.0, 0.0, 0.0, 0.0, 0.3, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0,
+    ]);
+    let clip_from_view = turned * DMat4::perspective_rh(0.9, ASPECT, 0.05, 300.0);
+    let matrix = Projection::Matrix { clip_from_view, jitter: DVec2::new(0.004, -0.003) };
     let mut camera = |projection: Projection, pitch: f64| {
         let place =
             DVec3::new(random.unit() * 10.0 - 5.0, 1.0 + 5.0 * random.unit(), random.unit() * 10.0 - 5.0);
         let turn = DQuat::from_rotation_y(random.unit() * TAU) * DQuat::from_rotation_x(pitch);
         Camera::new(place, turn, projection, ASPECT)
     };
-    [camera(perspective, -0.2), camera(endless, -0.5), camera(parallel, -0.7)]
+    [camera(perspective, -0.2), camera(endless, -0.5), camera(parallel, -0.7), camera(matrix, -0.3)]
 }
 
 #[test]
 fn pictures_are_those_of_all_lights() {
     let mut random = Random(property::seed());
-    let cases: [(&str, &[(&str, &str)]); 4] = [
+    let cases: [(&str, &[(&str, &str)]); 5] = [
         ("pipelines/awsm.json", &[("light_filter", "\"hard\""), ("msaa", "true")]),
         ("pipelines/umbra.json", &[]),
         ("pipelines/umbra.json", &[("deferred", "true"), ("visibility_first", "true")]),
         ("pipelines/umbra.json", &[("fog", "true")]),
+        ("pipelines/umbra.json", &[("temporal", "true"), ("fog", "true"), ("half_resolution_fog", "true")]),
     ];
     let cameras = cameras(&mut random);
     let all_cases = cameras.iter().flat_map(|camera| cases.map(|case| (camera, case)));
-    for (camera, (pipeline, features)) in property::part(all_cases, 5) {
+    for (camera, (pipeline, features)) in property::part(all_cases, 6) {
         let input = courtyard().frame_input(ASPECT, 0.0).camera(*camera).lights(lights(&mut random, 300));
         let Some(all) = picture(pipeline, features, &input, false) else { return };
         let Some(clustered) = picture(pipeline, features, &input, true) else { return };

@@ -38,12 +38,12 @@ pub(crate) struct Creation<'a> {
 struct Site(Option<(Place, String, String)>);
 
 impl Site {
-    /// Adds the pass or resource to the error of a lost device.
+    /// Replaces the error of a lost device by one that names the pass or resource.
     fn lost(&self, diagnostic: Diagnostic) -> Diagnostic {
         let Some((place, pointer, name)) = &self.0 else { return diagnostic };
         let message = format!("the device was lost while the objects of \"{name}\" were created");
         Diagnostic::error(codes::DEVICE_LOST, place.clone(), message).pointer(pointer).help(
-            "the driver may not take one of its shaders: try another adapter or backend, with a new executor",
+            "the driver may not take one of its shaders: try another adapter or backend, with a new device and executor",
         )
     }
 }
@@ -138,16 +138,18 @@ impl<'a> Creation<'a> {
     }
 
     fn close(&mut self) {
-        let Some(Scopes { validation, internal, memory }) = self.scopes.take() else { return };
+        let Some(scopes) = self.scopes.take() else { return };
         if self.is_lost {
             return;
         }
+        let lost = lost(self.device);
+        let Scopes { validation, internal, memory } = scopes;
         let outcomes: [Pin<Box<dyn Outcome>>; 3] =
             [Box::pin(validation.pop()), Box::pin(internal.pop()), Box::pin(memory.pop())];
         for outcome in outcomes {
             self.caught.add(self.site.clone(), outcome);
         }
-        if let Some(lost) = lost(self.device) {
+        if let Some(lost) = lost {
             self.is_lost = true;
             self.caught.known.push(self.site.lost(lost));
         }
@@ -216,7 +218,10 @@ impl<'a> Creation<'a> {
 
 /// Returns an error if the device is lost.
 pub(crate) fn lost(device: &wgpu::Device) -> Option<Diagnostic> {
-    // A device that a browser has lost maps memory all the same.
+    if cfg!(target_family = "wasm") {
+        // A device that a browser has lost maps memory all the same.
+        return None;
+    }
     let probe = device.create_buffer(&wgpu::BufferDescriptor {
         label: Some("probe"),
         size: wgpu::COPY_BUFFER_ALIGNMENT,

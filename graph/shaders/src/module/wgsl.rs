@@ -123,7 +123,9 @@ pub(crate) fn resolve_overrides<'m>(
         process_overrides(module, info, None, constants)
             .map_err(|error| wgsl_error::overrides(module, &error))
     })?;
-    constant_arguments::found(&resolved.0).into_iter().next().map_or(Ok(resolved), Err)
+    let rules = [constant_arguments::found, empty_vectors::found];
+    let beyond = rules.into_iter().find_map(|found| found(&resolved.0).into_iter().next());
+    beyond.map_or(Ok(resolved), Err)
 }
 
 /// The workgroup sizes by entry point, in invocations; empty for a module without overrides.

@@ -1,16 +1,16 @@
 //! The axis values of a path through a template, as a chain from the last decision to the first. Paths share the
 //! beginning in which they agree, so a path costs the memory of what it decides anew.
 
+use std::fmt;
 use std::sync::Arc;
 
 use serde::{Serialize, Serializer};
 use umbragraph_text::diagnostic::{AxisValue, AxisValues};
 
 /// The axis values of one path. In JSON: an object, by axis.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Default)]
 pub struct Choices(Option<Arc<Choice>>);
 
-#[derive(Debug)]
 struct Choice {
     axis: String,
     value: AxisValue,
@@ -20,6 +20,7 @@ struct Choice {
 impl Choices {
     /// Returns these choices and one more.
     pub(super) fn and(&self, axis: String, value: AxisValue) -> Self {
+        debug_assert!(self.get(&axis).is_none(), "\"{axis}\" is decided twice");
         Self(Some(Arc::new(Choice { axis, value, before: self.clone() })))
     }
 
@@ -37,6 +38,22 @@ impl Choices {
     pub fn iter(&self) -> impl Iterator<Item = (&str, &AxisValue)> {
         let choices = std::iter::successors(self.0.as_deref(), |choice| choice.before.0.as_deref());
         choices.map(|choice| (choice.axis.as_str(), &choice.value))
+    }
+}
+
+impl Drop for Choices {
+    /// Drops a long chain without recursion.
+    fn drop(&mut self) {
+        let mut next = self.0.take();
+        while let Some(mut choice) = next.and_then(Arc::into_inner) {
+            next = choice.before.0.take();
+        }
+    }
+}
+
+impl fmt::Debug for Choices {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.values().fmt(f)
     }
 }
 

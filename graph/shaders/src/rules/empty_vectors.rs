@@ -2,11 +2,13 @@
 //!
 //! WGSL allows them. naga 30 does not take the empty vector apart: an index counts it as one component, so that
 //! `vec4f(vec2f(), 3, 4)[1]` is 3 instead of 0, and the SPIR-V that it writes has too few components, which loses the
-//! device on some drivers. Source: <https://github.com/gfx-rs/wgpu/pull/9940>.
+//! device on some drivers. Of a part that is taken at once, as here, naga keeps no trace: `written::constructors` rejects
+//! it. Source: <https://github.com/gfx-rs/wgpu/pull/9940>.
 
 use naga::{Arena, Expression, Handle, Module, TypeInner};
 
 use crate::codes;
+use crate::written::constructors::EMPTY_VECTOR;
 use crate::written::ir;
 use crate::written::rejection::Rejection;
 
@@ -27,9 +29,7 @@ fn in_arena(module: &Module, arena: &Arena<Expression>) -> Vec<Rejection> {
         if !(is_vector && has_empty && is_constant(arena, handle)) {
             return None;
         }
-        let message =
-            "a vector of constants has a vector without arguments in it, which naga counts as one component";
-        let help = "WGSL allows this, naga does not: give the inner vector its zero, such as \"vec3f(0)\"";
+        let (message, help) = EMPTY_VECTOR;
         Some(Rejection::new(codes::WGSL_INVALID, message.to_owned(), arena.get_span(handle)).help(help))
     };
     arena.iter().filter_map(is_mixed).collect()

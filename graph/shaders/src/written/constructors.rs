@@ -3,7 +3,7 @@
 //! naga evaluates `array<f32, 2>(1)[0]` and `S(1).a` where they are constants, and forgets the constructor before it is
 //! validated. This pass counts the arguments that a text gives to structures and arrays, and compares the suffixes of
 //! numbers with the types of the parts; of vectors and matrices, too. It reads sizes of arrays that are numbers or
-//! constants with a number.
+//! constants with a number. Vectors of which a part is taken have no [empty vector](EMPTY_VECTOR) in them.
 //!
 //! Source: *WebGPU Shading Language*, "Value Constructor Built-in Functions".
 
@@ -100,6 +100,12 @@ fn array(tokens: &Tokens<'_>, module: &Module, at: usize) -> Result<(), Rejectio
     arguments.iter().try_for_each(|argument| number(tokens, module, argument, kind))
 }
 
+/// The message and the help text for a vector of constants with an empty vector in it.
+pub(crate) const EMPTY_VECTOR: (&str, &str) = (
+    "a vector of constants has a vector without arguments in it, which naga takes for one component",
+    "WGSL allows this, but naga, which wgpu uses, gets it wrong: give the inner vector its zero, such as \"vec3f(0)\"",
+);
+
 /// Rejects arguments of a vector or matrix constructor that are not of its scalar type. `at` is the token index of the
 /// type name.
 fn vector(tokens: &Tokens<'_>, module: &Module, at: usize) -> Result<(), Rejection> {
@@ -113,9 +119,37 @@ fn vector(tokens: &Tokens<'_>, module: &Module, at: usize) -> Result<(), Rejecti
     if all.len() < 2 {
         return Ok(());
     }
+    let is_taken_apart = matches!(tokens.word(tokens.closing(open) + 1), "[" | ".");
+    if is_taken_apart
+        && all.iter().any(|argument| is_empty_vector(tokens, argument))
+        && all.iter().all(|argument| is_constant(tokens, argument))
+    {
+        return Err(rejection(tokens, at, EMPTY_VECTOR.0.to_owned(), EMPTY_VECTOR.1));
+    }
     let kind = kind.or_else(|| all.iter().find_map(|argument| kind_of(tokens, module, argument)));
     let Some(kind) = kind else { return Ok(()) };
     all.iter().try_for_each(|argument| number(tokens, module, argument, kind))
+}
+
+fn is_vector(word: &str) -> bool {
+    let size = word.strip_prefix("vec").and_then(|rest| rest.strip_prefix(['2', '3', '4']));
+    size.is_some_and(|kind| matches!(kind, "" | "f" | "h" | "i" | "u"))
+}
+
+fn is_empty_vector(tokens: &Tokens<'_>, argument: &Range<usize>) -> bool {
+    let open = if tokens.lists.contains(&(argument.start + 1)) { 4 } else { 1 };
+    is_vector(tokens.word(argument.start))
+        && tokens.word(argument.start + open) == "("
+        && argument.len() == open + 2
+}
+
+/// Returns `true` for an argument of numbers, and of vectors of them.
+fn is_constant(tokens: &Tokens<'_>, argument: &Range<usize>) -> bool {
+    argument.clone().all(|at| {
+        let word = tokens.word(at);
+        let is_type = matches!(word, "f16" | "f32" | "i32" | "u32" | "bool") || is_vector(word);
+        is_type || matches!(word, "true" | "false") || !is_name(word)
+    })
 }
 
 /// The value of an integer literal, or of the constant with this name if it is declared as a literal; `None` if
