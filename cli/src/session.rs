@@ -1,6 +1,7 @@
 //! The commands' session: what arguments ask of [`umbragraph::low_level::session`], and its diagnostics printed.
 
 mod again;
+mod causes;
 mod report;
 
 use std::collections::{BTreeSet, HashSet};
@@ -55,8 +56,6 @@ pub(crate) struct Session {
     roots: Vec<PathBuf>,
     /// The JSON text of a document that is composed into every pipeline after its extensions; `None` if there is none.
     pub(crate) included: Option<String>,
-    /// The paths of the files of pipelines of which a part could not be read.
-    cut: HashSet<PathBuf>,
 }
 
 /// A pipeline with the parameter values and the target profiles for its check.
@@ -100,7 +99,6 @@ impl Session {
             #[cfg(feature = "gpu")]
             roots: roots.clone(),
             included: None,
-            cut: HashSet::new(),
         }
     }
 
@@ -249,9 +247,6 @@ impl Session {
     fn load(&mut self, target: &Target) -> Option<Loaded> {
         let loaded = self.session.load_exactly(target).ok()?;
         let found = self.session.diagnose(target).ok()?;
-        if found.iter().any(report::cuts) {
-            self.cut.extend(loaded.paths().map(normalize));
-        }
         self.diagnostics.extend(found);
         Some(loaded)
     }

@@ -25,6 +25,9 @@ umbragraph_text::codes! {
     /// Two templates, or two files of axes, have the same name.
     TEMPLATE_TWICE = "UG0507", "template given twice",
         "Two templates, or two declarations of axes, have the same name. The second is ignored.";
+    /// A `set` within a loop is lost at the end of its round.
+    SET_LOST = "UG0508", "assignment in a loop is lost",
+        "A `{% set %}` within `{% for %}` makes a variable of the round: behind the loop the variable has the value that it had before. Text behind the loop that reads it means the other value, probably.\n\n`namespace` keeps a value over rounds:\n\n```jinja\n{% set sum = namespace(value=0) %}\n{% for i in range(taps) %}{% set sum.value = sum.value + i %}{% endfor %}\n{{ sum.value }}\n```";
     /// The declaration of an axis is invalid.
     AXIS_DECLARATION = "UG0510", "axis declaration",
         "A declaration in `NAME.axes.json` is inconsistent: an empty range or enumeration, a default that is none of the axis's values, a condition on an axis that does not exist, or a combination of keys that means nothing.\n\n```json\n{ \"axes\": {\n    \"sscs\":   { \"type\": \"bool\", \"default\": false, \"requires\": [\"depth_prepass\"] },\n    \"filter\": { \"type\": \"enum\", \"values\": [\"hard\", \"pcf\"], \"default\": \"pcf\" },\n    \"taps\":   { \"type\": \"integer\", \"min\": 1, \"max\": 64, \"default\": 16 } } }\n```";

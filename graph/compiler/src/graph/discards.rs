@@ -127,6 +127,6 @@ impl Check<'_> {
         let message = format!("\"{name}\" reads \"{resource}\"{when}, which \"{by}\" discards");
         read.error(codes::DISCARDED, message)
             .related(self.one.place, "discarded here")
-            .help(format!("remove \"store\" from \"{by}\", or let another pass write it before it is read"))
+            .help(format!("remove \"store\" from \"{by}\", or let another pass write \"{resource}\" before it is read"))
     }
 }

@@ -10,16 +10,17 @@ use naga::common::wgsl::TypeContext as _;
 use naga::front::Typifier;
 use naga::proc::{ResolveContext, TypeResolution};
 use naga::valid::{
-    Disalignment, EntryPointError, ExpressionError, FunctionError, GlobalUse, GlobalVariableError, TypeError,
-    ValidationError,
+    CallError, Disalignment, EntryPointError, ExpressionError, FunctionError, GlobalUse, GlobalVariableError,
+    TypeError, ValidationError, VaryingError,
 };
 use naga::{
     AddressSpace, BinaryOperator, Binding, Block, BuiltIn, DerivativeAxis, EntryPoint, Expression, Function,
-    GlobalVariable, Handle, ImageClass, Module, SampleLevel, ScalarKind, ShaderStage, Span, Statement,
+    GlobalVariable, Handle, ImageClass, ImageDimension, Interpolation, Module, SampleLevel, ScalarKind, ShaderStage, Span, Statement,
     StorageAccess, Type, TypeInner, VectorSize,
 };
 
 use crate::written::ir;
+use crate::written::rejection::NO_F16;
 
 /// The message, place and way out of a validation error.
 #[derive(Default)]
@@ -29,6 +30,8 @@ pub(super) struct Explained {
     pub(super) range: Option<Range<usize>>,
     pub(super) labels: Vec<(Range<usize>, String)>,
     pub(super) help: Option<String>,
+    /// The member, of the structure at `range`, that is at fault.
+    pub(super) member: Option<String>,
 }
 
 impl Explained {
@@ -72,6 +75,11 @@ pub(super) fn explain(module: &Module, error: &ValidationError) -> Option<Explai
                 GlobalVariableError::Alignment(AddressSpace::Uniform, _, Disalignment::ArrayStride { stride, .. }),
             ..
         } => array_in_uniform(module, *handle, *stride),
+        ValidationError::GlobalVariable {
+            handle,
+            name,
+            source: GlobalVariableError::Alignment(_, _, Disalignment::NonHostShareable),
+        } => bool_in_buffer(module, module.global_variables[*handle].ty, name),
         ValidationError::Function { handle, name, source } => {
             in_function(module, &module.functions[*handle], name, source)
         }
@@ -82,6 +90,12 @@ pub(super) fn explain(module: &Module, error: &ValidationError) -> Option<Explai
                 EntryPointError::Function(source) => in_function(module, &entry.function, name, source),
                 EntryPointError::ForbiddenStageOperations => forbidden(module, entry),
                 EntryPointError::InvalidGlobalUsage(variable, used) => usage(module, entry, *variable, *used),
+                EntryPointError::Argument(_, VaryingError::InvalidInterpolationForInteger) => {
+                    interpolated(module, &ir::inputs(module, &entry.function))
+                }
+                EntryPointError::Result(VaryingError::InvalidInterpolationForInteger) => {
+                    interpolated(module, &ir::outputs(module, &entry.function))
+                }
                 _ => None,
             }
         }
@@ -175,8 +189,107 @@ fn in_function(module: &Module, function: &Function, name: &str, error: &Functio
             let stage = stage_of(function);
             Some(Explained::new(message).help(format!("write {stage} before `fn {name}`")))
         }
+        FunctionError::InvalidImageStore(source) => {
+            coordinates(module, function, source, "textureStore")
+        }
+        FunctionError::InvalidStoreValue { actual, actual_ty, expected_ty } => {
+            let [actual_ty, expected] = [actual_ty, expected_ty].map(|ty| spelled_inner(module, ty));
+            let message = format!("textureStore writes {expected} here, and this is {actual_ty}");
+            Some(Explained::new(message).at(span(*actual)).help(format!("write a value of the type {expected}")))
+        }
+        FunctionError::InvalidCall {
+            function: called,
+            error: CallError::ArgumentType { index, required, seen_expression },
+        } => {
+            let (_, ty) = type_of(module, function, *seen_expression)?;
+            let (required, called) = (spelled(module, *required), &module.functions[*called]);
+            let name = called.arguments.get(*index).and_then(|argument| argument.name.as_deref())?;
+            let of = called.name.as_deref()?;
+            let message = format!("\"{name}\" of \"{of}\" is {required}, and this is {ty}");
+            let help = format!("WGSL converts no value by itself: give it a {required}");
+            Some(Explained::new(message).at(span(*seen_expression)).help(help))
+        }
         _ => None,
     }
+}
+
+/// Explains coordinates, or another argument, of a texture function.
+fn coordinates(module: &Module, function: &Function, error: &ExpressionError, called: &str) -> Option<Explained> {
+    let span = |one: Handle<Expression>| function.expressions.get_span(one);
+    let is_sampled = called == "textureSample";
+    match error {
+        ExpressionError::InvalidImageCoordinateType(dimension, value) => {
+            let (inner, ty) = type_of(module, function, *value)?;
+            let is_float = inner.scalar().is_some_and(|scalar| scalar.kind == ScalarKind::Float);
+            let size = match dimension {
+                ImageDimension::D1 => None,
+                ImageDimension::D2 => Some("vec2"),
+                ImageDimension::D3 | ImageDimension::Cube => Some("vec3"),
+            };
+            let of = |scalar: &str| size.map_or_else(|| scalar.to_owned(), |size| format!("{size}<{scalar}>"));
+            let wanted = if is_sampled { of("f32") } else { of("i32") };
+            let or = if is_sampled { String::new() } else { format!(" or {}", of("u32")) };
+            let message = format!("the coordinates of {called} are {wanted}{or} here, and this is {ty}");
+            let help = match (is_sampled, is_float) {
+                (false, true) => format!(
+                    "write {wanted}(…) for whole texels, or textureSampleLevel for coordinates from 0 to 1"
+                ),
+                (true, false) => format!("write {wanted}(…), from 0 to 1, or textureLoad for whole texels"),
+                _ => format!("write {wanted}(…)"),
+            };
+            Some(Explained::new(message).at(span(*value)).help(help))
+        }
+        ExpressionError::InvalidImageArrayIndexType(value) | ExpressionError::InvalidImageOtherIndexType(value) => {
+            let (_, ty) = type_of(module, function, *value)?;
+            let message = format!("a layer, level or sample of {called} is i32 or u32, and this is {ty}");
+            Some(Explained::new(message).at(span(*value)).help("write i32(…)"))
+        }
+        ExpressionError::InvalidSampleLevelExactType(value) | ExpressionError::InvalidSampleLevelBiasType(value) => {
+            let (_, ty) = type_of(module, function, *value)?;
+            let message = format!("the level of {called} is an f32 (an i32 for depth textures), and this is {ty}");
+            Some(Explained::new(message).at(span(*value)).help("write f32(…), or i32(…) for a depth texture"))
+        }
+        _ => None,
+    }
+}
+
+/// Explains a boolean in a uniform or storage buffer of the type `ty`, which has the name `variable` or stands in it.
+fn bool_in_buffer(module: &Module, ty: Handle<Type>, variable: &str) -> Option<Explained> {
+    let is_bool = |ty: Handle<Type>| module.types[ty].inner.scalar_kind() == Some(ScalarKind::Bool);
+    match &module.types[ty].inner {
+        TypeInner::Struct { members, .. } => members.iter().find_map(|member| {
+            let name = member.name.as_deref()?;
+            if !is_bool(member.ty) {
+                return bool_in_buffer(module, member.ty, name);
+            }
+            let message = format!("\"{name}\" of \"{variable}\" is a bool, which no uniform or storage buffer can hold");
+            let help = format!("declare `{name}: u32`, and read `{variable}.{name} != 0u`");
+            let explained = Explained::new(message).at(module.types.get_span(ty)).help(help);
+            Some(Explained { member: Some(name.to_owned()), ..explained })
+        }),
+        TypeInner::Array { base, .. } => bool_in_buffer(module, *base, variable),
+        _ => None,
+    }
+}
+
+/// Explains an integer that is handed from stage to stage without `@interpolate(flat)`.
+fn interpolated(module: &Module, variables: &[ir::Bound<'_>]) -> Option<Explained> {
+    let integer = |kind| matches!(kind, Some(ScalarKind::Sint | ScalarKind::Uint));
+    let variable = variables.iter().find(|variable| {
+        let is_flat = matches!(variable.binding, Binding::Location { interpolation: Some(Interpolation::Flat), .. });
+        let is_located = matches!(variable.binding, Binding::Location { .. });
+        is_located && !is_flat && integer(module.types[variable.ty].inner.scalar_kind())
+    })?;
+    let Binding::Location { location, .. } = variable.binding else { return None };
+    let (name, ty) = (variable.name, spelled(module, variable.ty));
+    let message = format!("\"{name}\" at @location({location}) is {ty}, and integers are not interpolated");
+    let help = format!("write `@location({location}) @interpolate(flat) {name}: {ty}`");
+    let explained = Explained::new(message).help(help);
+    let member = variable.owner.map(|_| name.to_owned());
+    Some(match variable.owner {
+        Some(owner) => Explained { member, ..explained.at(module.types.get_span(owner)) },
+        None => explained,
+    })
 }
 
 /// The attribute of the stage for which a function has inputs and outputs.
@@ -256,7 +369,20 @@ fn expression(
                     .help("the condition is the last argument: select(if_false, if_true, condition)"),
             )
         }
-        _ => None,
+        ExpressionError::InvalidCastArgument => {
+            let Expression::As { kind: ScalarKind::Float, convert: Some(2), .. } = function.expressions[place] else {
+                return None;
+            };
+            Some(Explained::new(NO_F16.to_owned()).help("use f32"))
+        }
+        error => {
+            let called = match &function.expressions[place] {
+                Expression::ImageSample { .. } => "textureSample",
+                Expression::ImageLoad { .. } => "textureLoad",
+                _ => return None,
+            };
+            coordinates(module, function, error, called)
+        }
     }
 }
 

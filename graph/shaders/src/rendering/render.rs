@@ -286,15 +286,23 @@ pub(crate) fn undeclared_names(set: &TemplateSet, root: &str, unknown: &BTreeSet
             diagnostics.push(Diagnostic::error(codes::AXIS_OVERRIDE, diagnostic.place, message));
             continue;
         }
+        if let Some((range, quoted)) = undeclared::unquoted(set, file, &range) {
+            let place = Span::new(file, range);
+            let message = "the name of a template stands in quotes";
+            let diagnostic = Diagnostic::error(codes::UNDECLARED_NAME, place, message);
+            let diagnostic = diagnostic.help(format!("write {quoted}")).fix(place, quoted);
+            if !diagnostics.contains(&diagnostic) {
+                diagnostics.push(diagnostic);
+            }
+            continue;
+        }
         if let Some(way) = undeclared::way_out(set, root, file, name, &range) {
             diagnostics.push(diagnostic.help(way));
             continue;
         }
         let names = axes.into_iter().flat_map(Axes::names).chain(guard::PLAIN_FUNCTIONS);
-        let mut diagnostic = diagnostic.suggest(name, names, Some(Span::new(file, range)), |_| {
-            let stem = root.strip_suffix(".wgsl.jinja").unwrap_or(root);
-            format!("declare the axis in {stem}.axes.json, or inherit the template that declares it")
-        });
+        let mut diagnostic = diagnostic
+            .suggest(name, names, Some(Span::new(file, range)), |_| set.way_to_axis(root, name));
         // Another template that has the word may mean an axis of its own, and this one only where it is included.
         let fix = diagnostic.fix.take().filter(|_| uses.len() == 1);
         let replacement = fix.and_then(|fix| Some(fix.edits.first()?.replacement.clone()));

@@ -19,12 +19,12 @@ use super::markers::MarkedTemplates;
 use super::placement::Placement;
 use crate::axes;
 use crate::axes::Space;
-use crate::axes::{Axes, Constraint};
+use crate::axes::{Axes, AxisMode, Constraint};
 use crate::codes;
 use crate::jinja::scan::{Scan, scan};
 use crate::jinja::template::Template;
 use crate::jinja::{comparisons, filters, guard, length, syntax_help, tree};
-use umbragraph_text::diagnostic::{Diagnostic, Diagnostics, Place, list_of};
+use umbragraph_text::diagnostic::{Diagnostic, Diagnostics, Place, Severity, list_of};
 use umbragraph_text::source::{FileId, Sources, Span};
 
 /// The file-name endings of shader templates and of their axis declarations.
@@ -289,6 +289,49 @@ impl TemplateSet {
                 template.into_iter().flat_map(|template| comparisons::check(template, &resolved.axes)),
             );
         }
+        diagnostics.extend(self.templates.values().flat_map(|template| comparisons::lost(template)));
+        self.unread_axes(diagnostics);
+    }
+
+    /// Adds a note for each axis that an own declaration has, and that no template reads. Whether some text depends on
+    /// an axis that is read, only an exploration of all variants knows.
+    fn unread_axes(&self, diagnostics: &mut Diagnostics) {
+        let resolved = self.resolved().values().flat_map(|one| one.axes.constraints());
+        let constraining: BTreeSet<&str> = resolved.flat_map(Constraint::axes).collect();
+        let own = self.declarations.values().filter(|declared| !self.is_of_library(declared.file));
+        for axis in own.flat_map(|declared| declared.axes.iter()) {
+            let mut templates = self.templates.values();
+            let is_read = templates.any(|one| match axis.mode {
+                AxisMode::Override => one.text.contains(&axis.name),
+                AxisMode::Template => one.prepared.names.uses.iter().any(|(name, _)| *name == axis.name),
+            });
+            if !is_read && !constraining.contains(axis.name.as_str()) {
+                let message = format!("no text depends on the axis \"{}\"", axis.name);
+                let diagnostic = Diagnostic::error(codes::AXIS_DEAD, axis.span, message);
+                diagnostics.push(diagnostic.help("remove it, or use it").severity(Severity::Note));
+            }
+        }
+    }
+
+    /// The names of the templates that declare an axis themselves.
+    pub fn declaring(&self, axis: &str) -> Vec<&str> {
+        let declares = |name: &&str| {
+            let declared = self.declarations.get(stem(name));
+            declared.is_some_and(|declared| declared.axes.get(axis).is_some())
+        };
+        self.names().filter(declares).collect()
+    }
+
+    /// The way out of an axis that a template does not have: the template to inherit the axis from, or a declaration.
+    pub fn way_to_axis(&self, template: &str, axis: &str) -> String {
+        let declared = format!("declare it in {}.axes.json", stem(template));
+        match self.declaring(axis)[..] {
+            [] => declared,
+            [one] => format!("it is an axis of {one}: write \"inherits\": [\"{one}\"], or {declared}"),
+            [first, .., _] => {
+                format!("{first}, for one, has an axis of this name: write \"inherits\": [\"{first}\"], or {declared}")
+            }
+        }
     }
 
     fn resolved(&self) -> &BTreeMap<String, Resolved> {
@@ -325,7 +368,13 @@ impl TemplateSet {
             return axes.clone();
         }
         done.insert(name, Axes::default());
-        let Some(declaration) = self.declarations.get(stem(name)) else { return Axes::default() };
+        let Some(declaration) = self.declarations.get(stem(name)) else {
+            // Without a declaration, a template has the axes of the one that it extends.
+            let base = self.templates.get_key_value(name).and_then(|(_, one)| one.prepared.structure.extends.as_ref());
+            let axes = base.map(|base| self.collect(base, done, diagnostics)).unwrap_or_default();
+            done.insert(name, axes.clone());
+            return axes;
+        };
         let mut own = declaration.axes.clone();
         let mut conflicts = Vec::new();
         for (other, span) in &declaration.axes.inherits {

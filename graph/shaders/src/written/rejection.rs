@@ -4,10 +4,14 @@ use std::ops::Range;
 
 use naga::Span;
 
-use super::text_map::TextMap;
+use super::stages;
+use super::text_map::{Origin, TextMap};
 use crate::codes;
 use umbragraph_text::diagnostic::{AxisValues, Code, Diagnostic, Place};
 use umbragraph_text::source::{self, FileId};
+
+/// The message for 16-bit floats, with or without `enable f16;`.
+pub(crate) const NO_F16: &str = "f16 is part of no target profile: devices need not have it";
 
 /// The reason to reject generated WGSL, with places in the generated code.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,6 +30,8 @@ pub(crate) struct Rejection {
     /// The override values that cause the rejection; empty if it does not depend on overrides.
     pub(crate) overrides: AxisValues,
     pub(crate) scope: Scope,
+    /// The member, of the structure at `range`, that is the place; naga knows no places of members.
+    pub(crate) member: Option<String>,
 }
 
 /// The part of a WGSL module that is rejected: every module with the same part is rejected as well.
@@ -63,6 +69,7 @@ impl Rejection {
             excess: None,
             overrides: AxisValues::new(),
             scope: Scope::default(),
+            member: None,
         }
     }
 
@@ -77,7 +84,10 @@ impl Rejection {
     /// Creates the diagnostic at the place in the template that `map` gives. `text` is the generated WGSL; `template`
     /// is the file to use if the range cannot be mapped.
     pub(crate) fn to_diagnostic(&self, text: &str, map: &TextMap, template: FileId) -> Diagnostic {
-        let span = self.range.clone().and_then(|range| map.span(range));
+        let narrowed = self.member.as_ref().zip(self.range.as_ref()).and_then(|(name, range)| {
+            declaration(text.get(..range.end)?, range.start, name)
+        });
+        let span = narrowed.or_else(|| self.range.clone()).and_then(|range| map.span(range));
         let span = span.unwrap_or(source::Span::new(template, 0..0));
         let make = if self.warning { Diagnostic::warning } else { Diagnostic::error };
         let mut diagnostic = make(self.code, span, self.message.clone());
@@ -90,8 +100,40 @@ impl Rejection {
             diagnostic = diagnostic.related(Place::Nowhere, generated_line(text, range.start));
         }
         diagnostic.help = self.help.clone();
-        diagnostic
+        match self.range.as_ref().and_then(|range| quotient(text, map, range.start)) {
+            Some((tag, number)) if diagnostic.help.is_none() => diagnostic
+                .related(tag, format!("this writes {number}"))
+                .help("`/` of the template language divides to a float: `//` divides whole numbers"),
+            _ => diagnostic,
+        }
     }
+}
+
+/// The byte range of a declaration `NAME: TYPE` behind a place in WGSL; `None` if there is none.
+pub(crate) fn declaration(text: &str, from: usize, name: &str) -> Option<Range<usize>> {
+    let rest = text.get(from..)?;
+    let range = stages::words(rest, name).find(|range| rest[range.end..].trim_start().starts_with(':'))?;
+    let mut depth = 0_i32;
+    let is_end = |each: char| {
+        depth += i32::from(each == '<') - i32::from(each == '>');
+        depth <= 0 && matches!(each, ',' | ';' | '=' | ')' | '}' | '{' | '\n')
+    };
+    let end = rest[range.end..].find(is_end).map_or(rest.len(), |end| range.end + end);
+    let length = rest[range.start..end].trim_end().len();
+    Some(from + range.start..from + range.start + length)
+}
+
+/// The tag that wrote a number such as `2.0` into the generated line of a place, and the number. A template gives
+/// floats by dividing only.
+fn quotient<'t>(text: &'t str, map: &TextMap, at: usize) -> Option<(source::Span, &'t str)> {
+    let start = text.get(..at)?.rfind('\n').map_or(0, |line| line + 1);
+    let end = text[at..].find('\n').map_or(text.len(), |end| at + end);
+    map.part(start..end).find_map(|(range, origin)| {
+        let Some(Origin::Tag(tag)) = origin else { return None };
+        let number = text.get(range)?;
+        let whole = number.strip_suffix(".0")?.trim_start_matches('-');
+        (!whole.is_empty() && whole.bytes().all(|each| each.is_ascii_digit())).then_some((tag, number))
+    })
 }
 
 /// The line of generated WGSL at a byte offset, as a message: `generated line 12: let x = 1;`.

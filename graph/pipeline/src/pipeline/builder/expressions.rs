@@ -7,7 +7,7 @@ use crate::pipeline::names::expression_diagnostic::expression_diagnostic;
 use crate::pipeline::settings::{Evaluate, LiveSetting, Structural, names};
 use crate::work::{Deferred, Live, LiveValue};
 use umbragraph_text::diagnostic::{Code, Diagnostic, codes};
-use umbragraph_text::expression::{Expression, ExpressionError, ExpressionKind, UnknownName, Value};
+use umbragraph_text::expression::{Expression, ExpressionError, ExpressionKind, Value};
 use umbragraph_text::language::Expr;
 
 impl Evaluate for PassBuilder<'_> {
@@ -17,7 +17,12 @@ impl Evaluate for PassBuilder<'_> {
     }
 
     fn add(&mut self, diagnostic: Diagnostic, pointer: &str) {
-        let diagnostic = diagnostic.at(self.place(pointer), self.absolute(pointer));
+        let mut diagnostic = diagnostic.at(self.place(pointer), self.absolute(pointer));
+        // A literal is no expression.
+        let is_literal = self.settings.nearest(pointer).text().is_none();
+        if let Some(help) = diagnostic.help.as_mut().filter(|_| is_literal) {
+            *help = help.replace("make the expression yield", "write");
+        }
         self.shared.diagnostics.push(diagnostic);
     }
 
@@ -180,16 +185,10 @@ impl PassBuilder<'_> {
         self.environment
             .widen(&mut error, self.shared.resources.iter().map(|resource| resource.name.as_str()));
         let value = self.settings.nearest(pointer);
-        let Some(mut diagnostic) = expression_diagnostic(&error, value, &self.absolute(pointer)) else {
+        let Some(diagnostic) = expression_diagnostic(&error, value, &self.absolute(pointer)) else {
             self.shared.withheld += 1;
             return;
         };
-        let is_toggle =
-            |unknown: &UnknownName| !unknown.is_complete && self.shared.toggles.contains(&unknown.name);
-        if error.unknown.as_deref().is_some_and(is_toggle) {
-            diagnostic.fix = None;
-            diagnostic = diagnostic.help("expressions cannot see toggles, which change from frame to frame: give the pass \"toggle\", or make it a feature");
-        }
         self.shared.diagnostics.push(diagnostic);
     }
 }

@@ -46,7 +46,7 @@ use crate::work::ResourceHandle;
 use umbragraph_shaders::ShaderCache;
 use umbragraph_text::diagnostic::{Diagnostics, MAX_DIAGNOSTICS};
 use umbragraph_text::document::{self, Document};
-use umbragraph_text::source::Sources;
+use umbragraph_text::source::{Sources, Span};
 
 /// The options for loading a document.
 #[derive(Clone, Copy, Debug)]
@@ -81,6 +81,18 @@ pub fn load(
     sources: &Sources,
     diagnostics: &mut Diagnostics,
 ) -> Option<TypedPipeline> {
+    let mut own = Diagnostics::new();
+    let pipeline = loaded(document, options, sources, &mut own);
+    diagnostics.extend(own.into_iter().map(|one| toggles::explained(document, one)));
+    pipeline
+}
+
+fn loaded(
+    document: &Document,
+    options: &LoadOptions<'_>,
+    sources: &Sources,
+    diagnostics: &mut Diagnostics,
+) -> Option<TypedPipeline> {
     let LoadOptions { registry, shaders, overrides, schema, is_surveyed } = *options;
     let profile = shaders.profile();
     let schema_diagnostics = schema.cloned().unwrap_or_else(|| check_schema(document, registry));
@@ -101,9 +113,8 @@ pub fn load(
     let constraints = constraints::check(document, &sound, &settings, diagnostics);
     let toggles = toggles::toggles(document, &sound.toggles, diagnostics);
     let programs = Programs::new(shaders, is_surveyed.then(Survey::default));
-    let names = toggles.iter().map(|toggle| toggle.name.clone()).collect();
-    let mut shared =
-        Shared::new(settings.scope(), settings.dependence(), names, sound.geometry, programs, sources);
+    let mut shared = Shared::new(settings.scope(), settings.dependence(), sound.geometry, programs, sources);
+    shared.declared = settings.declared(document);
     let stated = registry.hosts().iter().filter_map(|(geometry, interface)| match &interface.filters {
         HostFilters::Words(words) => Some((geometry.clone(), words.clone())),
         HostFilters::Any | HostFilters::Unstated => None,
@@ -112,7 +123,7 @@ pub fn load(
     let connected = declare(document, registry, &broken, &toggles, &mut shared)
         .map(|passes| Connected::new(document, passes, &toggles, &mut shared));
     diagnostics.extend(shared.diagnostics);
-    let Connected { passes, uncertain, passthroughs, gaps } = connected?;
+    let Connected { passes, uncertain, passthroughs, gaps, absent } = connected?;
     diagnostics.extend(shared.argument_errors);
     let mut parameters = settings.parameters;
     for (name, structural) in shared.dependence.structural {
@@ -141,6 +152,7 @@ pub fn load(
         uncertain,
         broken_settings: settings.broken,
         gaps,
+        absent,
         sources: sources.clone(),
     };
     for (geometry, interface) in &pipeline.hosts {
@@ -156,6 +168,7 @@ struct Connected {
     uncertain: BTreeSet<ResourceHandle>,
     passthroughs: BTreeMap<ResourceHandle, Passthrough>,
     gaps: Vec<String>,
+    absent: Vec<(Span, Span)>,
 }
 
 impl Connected {
@@ -171,6 +184,8 @@ impl Connected {
         name_last_writers(&mut list, &mut passthroughs, shared);
         check_versions(&list, &absent, &gaps, &mut uncertain, shared);
         let gaps = gaps.into_iter().map(|(name, _)| name).collect();
-        Self { passes: list, uncertain, passthroughs, gaps }
+        let off = instances.iter().filter(|instance| absent.contains(&instance.name));
+        let absent = off.map(|instance| (instance.entry.key_span, instance.entry.value.span)).collect();
+        Self { passes: list, uncertain, passthroughs, gaps, absent }
     }
 }

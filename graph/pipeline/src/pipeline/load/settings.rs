@@ -7,7 +7,7 @@ use crate::pipeline::names::identifiers::{name_diagnostic, twin_diagnostic};
 use crate::pipeline::settings::{
     Dependence, Derived, Feature, Overrides, StaticScope, ValuedParameter, derived, preset, setting,
 };
-use crate::pipeline::state::shared::Shared;
+use crate::pipeline::state::shared::{Declared, Shared};
 use umbragraph_shaders::TargetProfile;
 use umbragraph_text::diagnostic::{Diagnostic, Diagnostics, codes};
 use umbragraph_text::document::{Document, pointer_join};
@@ -67,6 +67,23 @@ impl Settings {
         Self { parameters, features, derived: derived.values, broken }
     }
 
+    /// What the parameters and features allow, and where their values come from.
+    pub(super) fn declared(&self, document: &Document) -> BTreeMap<String, Declared> {
+        let place = |name: &str| {
+            let mut entries = section(document, "parameters").iter().chain(section(document, "features"));
+            entries.find(|entry| entry.key == name).map(|entry| entry.key_span)
+        };
+        let parameters = self.parameters.iter().filter_map(|(name, one)| {
+            let (place, declaration) = (place(name)?, &one.declaration);
+            let (min, max) = (declaration.min, declaration.max);
+            Some((name.clone(), Declared { place, given: one.place, min, max }))
+        });
+        let features = self.features.iter().filter_map(|(name, one)| {
+            Some((name.clone(), Declared { place: place(name)?, given: one.place, min: None, max: None }))
+        });
+        parameters.chain(features).collect()
+    }
+
     /// The parameters on which each value depends.
     pub(super) fn dependence(&self) -> Dependence {
         Dependence::new(&self.parameters, &self.derived)
@@ -95,12 +112,18 @@ pub(super) fn check_data(document: &Document, shared: &mut Shared) {
     }
 }
 
-/// Reports names that are both a feature and a parameter.
+/// Reports names that are both a feature and a parameter, or one of these and a resource, so that an expression could
+/// mean either.
 fn check_twins(document: &Document, diagnostics: &mut Diagnostics) {
-    for entry in section(document, "features") {
-        let mut parameters = section(document, "parameters").iter();
-        if let Some(twin) = parameters.find(|other| other.key == entry.key) {
-            diagnostics.push(twin_diagnostic(entry, "feature", (twin.key_span, "parameter")));
+    for (own, what, others, other) in [
+        ("features", "feature", "parameters", "parameter"),
+        ("resources", "resource", "parameters", "parameter"),
+        ("resources", "resource", "features", "feature"),
+    ] {
+        for entry in section(document, own) {
+            if let Some(twin) = section(document, others).iter().find(|other| other.key == entry.key) {
+                diagnostics.push(twin_diagnostic(entry, what, (twin.key_span, other)));
+            }
         }
     }
 }
