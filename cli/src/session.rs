@@ -4,7 +4,7 @@ mod again;
 mod causes;
 mod report;
 
-use std::collections::{BTreeSet, HashSet};
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -56,6 +56,8 @@ pub(crate) struct Session {
     roots: Vec<PathBuf>,
     /// The JSON text of a document that is composed into every pipeline after its extensions; `None` if there is none.
     pub(crate) included: Option<String>,
+    /// The span of each `null` that deletes a value of an extended file, by the JSON pointer of the value.
+    deleted: BTreeMap<String, Span>,
 }
 
 /// A pipeline with the parameter values and the target profiles for its check.
@@ -99,6 +101,7 @@ impl Session {
             #[cfg(feature = "gpu")]
             roots: roots.clone(),
             included: None,
+            deleted: BTreeMap::new(),
         }
     }
 
@@ -247,6 +250,8 @@ impl Session {
     fn load(&mut self, target: &Target) -> Option<Loaded> {
         let loaded = self.session.load_exactly(target).ok()?;
         let found = self.session.diagnose(target).ok()?;
+        let deleted = loaded.composed().map(|composed| composed.deleted.clone()).unwrap_or_default();
+        self.deleted.extend(deleted);
         self.diagnostics.extend(found);
         Some(loaded)
     }

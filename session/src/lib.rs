@@ -39,6 +39,7 @@ mod exposed;
 mod files;
 mod loaded;
 mod places;
+mod ranges;
 mod session;
 mod survey;
 mod templates;

@@ -1,9 +1,11 @@
 //! One diagnostic for one cause: what only follows from others is left out, and several with one cause become one.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use umbragraph::diagnostic::{Diagnostic, Diagnostics, Place, Severity, codes, list_of};
-use umbragraph::low_level::shader::codes::TEMPLATE_UNKNOWN;
+use umbragraph::low_level::shader::codes::{AXIS_VALUE, TEMPLATE_UNKNOWN};
+use umbragraph::low_level::source::Span;
 
 /// The maximum number of places of one cause that are shown.
 const MAX_PLACES: usize = 8;
@@ -33,9 +35,27 @@ pub(super) fn first(all: Diagnostics) -> Diagnostics {
             pass_of(one).is_some_and(|pass| others.into_iter().any(|other| pass_of(other) == Some(pass)))
         }
         "UG0811" => has_no_light,
+        // The declaration that gives the value has an error that names the axis.
+        _ if one.code == AXIS_VALUE => {
+            let mut others = errors.iter().filter(|other| other.code == AXIS_VALUE);
+            others.any(|other| other.related.iter().any(|related| related.place == one.place))
+        }
         _ => false,
     };
     all.iter().filter(|one| !follows(one)).cloned().collect()
+}
+
+/// Moves a diagnostic about a missing name to the `null` that deletes what has the name.
+pub(super) fn of_deleted(one: Diagnostic, deleted: &BTreeMap<String, Span>) -> Diagnostic {
+    let name = one.message.strip_prefix("there is no ").and_then(|rest| rest.split('"').nth(1));
+    let is_it = |pointer: &str| pointer.matches('/').count() == 2 && pointer.rsplit('/').next() == name;
+    let Some((name, (pointer, null))) = name.zip(deleted.iter().find(|(pointer, _)| is_it(pointer))) else {
+        return one;
+    };
+    let message = format!("\"{name}\" is deleted here, but it is used");
+    let mut moved = Diagnostic::error(one.code, *null, message).pointer(pointer.as_str());
+    moved.related = one.related.clone();
+    moved.related(one.place.clone(), "used here").help(format!("remove \"{name}\": null"))
 }
 
 /// The JSON pointer of the pass that a diagnostic is about; `None` if it is about none.

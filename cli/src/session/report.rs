@@ -16,6 +16,7 @@ impl Session {
     /// with one cause.
     pub(crate) fn arrange(&mut self) {
         let all = std::mem::take(&mut self.diagnostics).into_iter();
+        let all = all.map(|one| causes::of_deleted(one, &self.deleted));
         let all = all.map(|one| match self.is_template(&one) {
             true => one.help("this is a template: check a pipeline that uses it, with --templates FOLDER"),
             false => one,

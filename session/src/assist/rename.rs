@@ -172,7 +172,7 @@ fn declaring(context: &Context<'_>, id: Id) -> Vec<Span> {
         .map_or(declaration.place, |value| value.get("type").unwrap_or(value).span);
     let mut places = vec![place];
     for file in composed.files.iter().filter(|file| declaration.kind == K::Derived && **file != place.file) {
-        let Document { root, .. } = parse(sources, *file).document;
+        let Document { root } = parse(sources, *file).document;
         let is_own = declaration.owner.is_none() && composed.layers.get(file) != Some(&Layer::Used);
         let derived = root.get("derived").and_then(|section| section.get(&declaration.name));
         places.extend(derived.filter(|_| is_own).map(|value| value.span));
@@ -185,7 +185,7 @@ fn declaring(context: &Context<'_>, id: Id) -> Vec<Span> {
 fn kept(context: &Context<'_>, id: Id, name: &str, place: Span) -> Result<(String, Edits), EditError> {
     let declaration = context.model.declaration(id);
     let file = context.sources.get(place.file).ok_or(EditError::NoContainer)?;
-    let Document { root, .. } = parse(context.sources, place.file).document;
+    let Document { root } = parse(context.sources, place.file).document;
     let expression = Json::from(format!("={name}"));
     let edits = match root.get("derived") {
         Some(section) => {

@@ -1,5 +1,6 @@
 //! `umbragraph check`: which configurations it covers, and what it says of them.
 
+mod causes;
 mod fix;
 
 use std::path::PathBuf;

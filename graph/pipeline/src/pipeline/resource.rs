@@ -59,16 +59,6 @@ impl Resource {
         }
     }
 
-    /// Returns `true` if the declaration has an initial value, but no history, which has a diagnostic.
-    pub(crate) fn has_initial_alone(&self) -> bool {
-        let has_initial = match &self.kind {
-            ResourceKind::Texture(texture) => texture.initial.is_some(),
-            ResourceKind::Buffer(buffer) => buffer.initial.is_some(),
-            ResourceKind::Data(_) | ResourceKind::Broken => false,
-        };
-        has_initial && self.declared_lifetime() != Lifetime::History
-    }
-
     /// The declaration of a texture; `None` for other resources.
     pub fn texture(&self) -> Option<&TextureDeclaration> {
         match &self.kind {

@@ -10,7 +10,7 @@ use naga::common::wgsl::TypeContext as _;
 use naga::front::Typifier;
 use naga::proc::{ResolveContext, TypeResolution};
 use naga::valid::{
-    CallError, Disalignment, EntryPointError, ExpressionError, FunctionError, GlobalUse, GlobalVariableError,
+    Disalignment, EntryPointError, ExpressionError, FunctionError, GlobalUse, GlobalVariableError,
     TypeError, ValidationError, VaryingError,
 };
 use naga::{
@@ -192,65 +192,28 @@ fn in_function(module: &Module, function: &Function, name: &str, error: &Functio
         FunctionError::InvalidImageStore(source) => {
             coordinates(module, function, source, "textureStore")
         }
-        FunctionError::InvalidStoreValue { actual, actual_ty, expected_ty } => {
-            let [actual_ty, expected] = [actual_ty, expected_ty].map(|ty| spelled_inner(module, ty));
-            let message = format!("textureStore writes {expected} here, and this is {actual_ty}");
-            Some(Explained::new(message).at(span(*actual)).help(format!("write a value of the type {expected}")))
-        }
-        FunctionError::InvalidCall {
-            function: called,
-            error: CallError::ArgumentType { index, required, seen_expression },
-        } => {
-            let (_, ty) = type_of(module, function, *seen_expression)?;
-            let (required, called) = (spelled(module, *required), &module.functions[*called]);
-            let name = called.arguments.get(*index).and_then(|argument| argument.name.as_deref())?;
-            let of = called.name.as_deref()?;
-            let message = format!("\"{name}\" of \"{of}\" is {required}, and this is {ty}");
-            let help = format!("WGSL converts no value by itself: give it a {required}");
-            Some(Explained::new(message).at(span(*seen_expression)).help(help))
-        }
         _ => None,
     }
 }
 
-/// Explains coordinates, or another argument, of a texture function.
+/// Explains the coordinates of a texture function that have the wrong type.
 fn coordinates(module: &Module, function: &Function, error: &ExpressionError, called: &str) -> Option<Explained> {
-    let span = |one: Handle<Expression>| function.expressions.get_span(one);
-    let is_sampled = called == "textureSample";
-    match error {
-        ExpressionError::InvalidImageCoordinateType(dimension, value) => {
-            let (inner, ty) = type_of(module, function, *value)?;
-            let is_float = inner.scalar().is_some_and(|scalar| scalar.kind == ScalarKind::Float);
-            let size = match dimension {
-                ImageDimension::D1 => None,
-                ImageDimension::D2 => Some("vec2"),
-                ImageDimension::D3 | ImageDimension::Cube => Some("vec3"),
-            };
-            let of = |scalar: &str| size.map_or_else(|| scalar.to_owned(), |size| format!("{size}<{scalar}>"));
-            let wanted = if is_sampled { of("f32") } else { of("i32") };
-            let or = if is_sampled { String::new() } else { format!(" or {}", of("u32")) };
-            let message = format!("the coordinates of {called} are {wanted}{or} here, and this is {ty}");
-            let help = match (is_sampled, is_float) {
-                (false, true) => format!(
-                    "write {wanted}(…) for whole texels, or textureSampleLevel for coordinates from 0 to 1"
-                ),
-                (true, false) => format!("write {wanted}(…), from 0 to 1, or textureLoad for whole texels"),
-                _ => format!("write {wanted}(…)"),
-            };
-            Some(Explained::new(message).at(span(*value)).help(help))
-        }
-        ExpressionError::InvalidImageArrayIndexType(value) | ExpressionError::InvalidImageOtherIndexType(value) => {
-            let (_, ty) = type_of(module, function, *value)?;
-            let message = format!("a layer, level or sample of {called} is i32 or u32, and this is {ty}");
-            Some(Explained::new(message).at(span(*value)).help("write i32(…)"))
-        }
-        ExpressionError::InvalidSampleLevelExactType(value) | ExpressionError::InvalidSampleLevelBiasType(value) => {
-            let (_, ty) = type_of(module, function, *value)?;
-            let message = format!("the level of {called} is an f32 (an i32 for depth textures), and this is {ty}");
-            Some(Explained::new(message).at(span(*value)).help("write f32(…), or i32(…) for a depth texture"))
-        }
-        _ => None,
-    }
+    let ExpressionError::InvalidImageCoordinateType(dimension, value) = error else { return None };
+    let (_, ty) = type_of(module, function, *value)?;
+    let of = |scalar: &str| match dimension {
+        ImageDimension::D1 => scalar.to_owned(),
+        ImageDimension::D2 => format!("vec2<{scalar}>"),
+        ImageDimension::D3 | ImageDimension::Cube => format!("vec3<{scalar}>"),
+    };
+    let (wanted, help) = match called {
+        "textureSample" => (of("f32"), format!("write {}(…), from 0 to 1, or textureLoad for texels", of("f32"))),
+        _ => (
+            format!("{} or {}", of("i32"), of("u32")),
+            format!("write {}(…), or textureSampleLevel for coordinates from 0 to 1", of("i32")),
+        ),
+    };
+    let message = format!("the coordinates of {called} are {wanted} here, and this is {ty}");
+    Some(Explained::new(message).at(function.expressions.get_span(*value)).help(help))
 }
 
 /// Explains a boolean in a uniform or storage buffer of the type `ty`, which has the name `variable` or stands in it.

@@ -286,16 +286,6 @@ pub(crate) fn undeclared_names(set: &TemplateSet, root: &str, unknown: &BTreeSet
             diagnostics.push(Diagnostic::error(codes::AXIS_OVERRIDE, diagnostic.place, message));
             continue;
         }
-        if let Some((range, quoted)) = undeclared::unquoted(set, file, &range) {
-            let place = Span::new(file, range);
-            let message = "the name of a template stands in quotes";
-            let diagnostic = Diagnostic::error(codes::UNDECLARED_NAME, place, message);
-            let diagnostic = diagnostic.help(format!("write {quoted}")).fix(place, quoted);
-            if !diagnostics.contains(&diagnostic) {
-                diagnostics.push(diagnostic);
-            }
-            continue;
-        }
         if let Some(way) = undeclared::way_out(set, root, file, name, &range) {
             diagnostics.push(diagnostic.help(way));
             continue;

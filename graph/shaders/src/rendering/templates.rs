@@ -313,24 +313,16 @@ impl TemplateSet {
         }
     }
 
-    /// The names of the templates that declare an axis themselves.
-    pub fn declaring(&self, axis: &str) -> Vec<&str> {
+    /// The way out of an axis that a template does not have: the template to inherit the axis from, or a declaration.
+    pub fn way_to_axis(&self, template: &str, axis: &str) -> String {
         let declares = |name: &&str| {
             let declared = self.declarations.get(stem(name));
             declared.is_some_and(|declared| declared.axes.get(axis).is_some())
         };
-        self.names().filter(declares).collect()
-    }
-
-    /// The way out of an axis that a template does not have: the template to inherit the axis from, or a declaration.
-    pub fn way_to_axis(&self, template: &str, axis: &str) -> String {
         let declared = format!("declare it in {}.axes.json", stem(template));
-        match self.declaring(axis)[..] {
-            [] => declared,
-            [one] => format!("it is an axis of {one}: write \"inherits\": [\"{one}\"], or {declared}"),
-            [first, .., _] => {
-                format!("{first}, for one, has an axis of this name: write \"inherits\": [\"{first}\"], or {declared}")
-            }
+        match self.names().find(declares) {
+            None => declared,
+            Some(one) => format!("it is an axis of {one}: write \"inherits\": [\"{one}\"], or {declared}"),
         }
     }
 

@@ -40,28 +40,18 @@ pub(super) fn way_out(
             "\"{template_name}\" declares this axis: write \"inherits\": [\"{template_name}\"] in {stem}.axes.json"
         ));
     }
+    let mut tags = template.scan.tags.iter().filter(|tag| tag.range.contains(&range.start));
+    if let Some(tag) = tags.find(|tag| tag.keyword(text).is_some_and(|keyword| NAMING.contains(&keyword))) {
+        let (first, last) = (tag.words.get(1)?, tag.words.last()?);
+        let name = text.get(first.range.start..last.range.end)?;
+        return Some(format!("the name of a template stands in quotes: \"{name}\""));
+    }
     if before.ends_with("==") || before.ends_with("!=") {
         return Some(format!(
             "write a word in quotes: \"{name}\"; if it is an axis, declare it in {stem}.axes.json"
         ));
     }
     None
-}
-
-/// The name of a template that a tag such as `include` writes without quotes: its place, and the name in quotes. `None`
-/// for a word of another tag.
-pub(super) fn unquoted(set: &TemplateSet, file: FileId, word: &Range<usize>) -> Option<(Range<usize>, String)> {
-    let (_, template) = template_of(set, file)?;
-    let tag = template.scan.tags.iter().find(|tag| tag.range.contains(&word.start))?;
-    tag.keyword(&template.text).filter(|keyword| NAMING.contains(keyword))?;
-    let is_of_name = |at: &usize| {
-        let word = tag.word(&template.text, *at).unwrap_or_default();
-        !["import", "as", "ignore", "with", "without", "if"].contains(&word)
-    };
-    let last = (1..tag.words.len()).take_while(is_of_name).last()?;
-    let range = tag.words[1].range.start..tag.words[last].range.end;
-    let name = template.text.get(range.clone()).filter(|name| name.contains('/') || name.contains('.'))?;
-    Some((range.clone(), format!("\"{name}\""))).filter(|(range, _)| range.contains(&word.start))
 }
 
 /// The tag that imports a macro from the only template that has it; `None` if no template has it, or several.

@@ -5,7 +5,7 @@
 //! attachments, workgroups. The place of an excess is the declaration that exceeds the limit: the variable, the
 //! workgroup size, or the entry point.
 
-use naga::{AddressSpace, BuiltIn, Handle, Module, ShaderStage, Span, Type, TypeInner};
+use naga::{BuiltIn, Module, ShaderStage, Span, TypeInner};
 use wgpu_types::{BindGroupLayoutEntry, BindingType, BufferBindingType};
 
 use crate::codes;
@@ -116,24 +116,6 @@ pub(crate) fn fits(reflection: &Reflection, profile: &TargetProfile) -> bool {
     })
 }
 
-/// The nearest smaller workgroup within the limits, without sides of 1 at the end.
-fn smaller_workgroup(size: [u32; 3], limits: &wgpu_types::Limits) -> Vec<String> {
-    let sides = [
-        limits.max_compute_workgroup_size_x,
-        limits.max_compute_workgroup_size_y,
-        limits.max_compute_workgroup_size_z,
-    ];
-    let mut smaller = [0, 1, 2].map(|at| size[at].clamp(1, sides[at].max(1)));
-    let allowed = u64::from(limits.max_compute_invocations_per_workgroup.max(1));
-    while smaller.iter().map(|side| u64::from(*side)).product::<u64>() > allowed {
-        if let Some(largest) = smaller.iter_mut().max_by_key(|side| **side) {
-            *largest = largest.div_ceil(2);
-        }
-    }
-    let count = smaller.iter().rposition(|side| *side > 1).map_or(1, |last| last + 1);
-    smaller[..count].iter().map(u32::to_string).collect()
-}
-
 struct Check<'a> {
     text: &'a str,
     module: &'a Module,
@@ -203,17 +185,6 @@ impl Check<'_> {
             (naga::Binding::BuiltIn(_), _) => u64::from(is_fragment),
         };
         between.iter().map(taken).sum()
-    }
-
-    /// The largest variable in workgroup memory: its place, name and size in bytes.
-    fn largest_in_workgroup(&self) -> Option<(Span, String, u64)> {
-        let variables = &self.module.global_variables;
-        let those = variables.iter().filter(|(_, variable)| variable.space == AddressSpace::WorkGroup);
-        let size = |ty: Handle<Type>| self.module.types[ty].inner.try_size(self.module.to_ctx()).unwrap_or(0);
-        let largest = those.max_by_key(|(_, variable)| size(variable.ty));
-        largest.and_then(|(handle, variable)| {
-            Some((variables.get_span(handle), variable.name.clone()?, size(variable.ty).into()))
-        })
     }
 
     fn binding(&mut self, binding: &Binding) {
@@ -300,20 +271,16 @@ impl Check<'_> {
                 ] {
                     self.over(size_span, &workgroup, &format!("{side} {workgroup}"), size, allowed);
                 }
-                let smaller = smaller_workgroup(entry_point.workgroup_size, limits);
                 for rejection in &mut self.found[before..] {
-                    rejection.help = Some(format!("write @workgroup_size({})", list_of(&smaller)));
+                    rejection.help = Some("@workgroup_size(16, 16) and (256) have 256 invocations".to_owned());
                 }
+                let before = self.found.len();
                 let what = format!("the workgroup memory of \"{name}\" in bytes");
                 let size = u64::from(entry_point.workgroup_storage);
-                let allowed = u64::from(limits.max_compute_workgroup_storage_size);
-                let largest = self.largest_in_workgroup().filter(|_| size > allowed);
-                let place = largest.as_ref().map(|(place, ..)| *place);
-                self.over(&|check| place.unwrap_or_else(|| span(check)), &what, &what, size, allowed);
-                if let (Some((_, name, bytes)), Some(last)) = (largest, self.found.last_mut()) {
-                    let left = bytes.saturating_sub(size - allowed);
-                    let help = format!("\"{name}\" has {bytes} bytes of it: make it {left} bytes or smaller");
-                    last.help = Some(help);
+                self.over(span, &what, &what, size, limits.max_compute_workgroup_storage_size);
+                for rejection in &mut self.found[before..] {
+                    let help = "make the arrays in var<workgroup> smaller: array<f32, 4096> has 16384 bytes";
+                    rejection.help = Some(help.to_owned());
                 }
             }
         }

@@ -93,8 +93,7 @@ pub(super) fn explain(text: &str, rejection: &mut Rejection, words: &[Range<usiz
     } else if message.starts_with("expected global item") && found == "#" {
         Some(directive(text.get(range.end..).unwrap_or_default()))
     } else if message.starts_with("expected global item") {
-        let written = function_of_c(text.get(range.start..).unwrap_or_default());
-        written.map(|written| format!("this is a function of C: write `{written}`")).or_else(|| global_item(found).map(str::to_owned))
+        global_item(found).map(str::to_owned)
     } else if message.starts_with("expected `;`") && found == "{" {
         literal(text, words, &range)
     } else if message.contains("`f16` enable extension") {
@@ -167,32 +166,6 @@ fn directive(rest: &str) -> String {
         "WGSL has no preprocessor: write {{% include \"{file}\" %}} for the whole text of a template, or {{% from \
          \"{file}\" import NAME %}} for a macro"
     )
-}
-
-/// The head of a function of C, GLSL or HLSL as WGSL writes it; `None` if the text does not begin with one.
-fn function_of_c(text: &str) -> Option<String> {
-    let ty = |written: &str| {
-        let known = NAMES.iter().find(|(known, _)| *known == written).map(|(_, instead)| *instead);
-        known.unwrap_or(written).to_owned()
-    };
-    let (head, rest) = text.split_once('(')?;
-    let (result, name) = head.trim_end().rsplit_once(' ')?;
-    let is_name = |name: &str| !name.is_empty() && name.bytes().all(|each| each.is_ascii_alphanumeric() || each == b'_');
-    if !is_name(name) || result.contains(['\n', ';', '{']) {
-        return None;
-    }
-    let mut arguments = Vec::new();
-    for argument in rest.split_once(')')?.0.split(',').map(str::trim).filter(|one| !one.is_empty()) {
-        let argument = argument.split(':').next().unwrap_or(argument).trim();
-        let (written, name) = argument.rsplit_once(' ')?;
-        let written = written.trim().rsplit(' ').next().unwrap_or(written);
-        arguments.push(format!("{name}: {}", ty(written)));
-    }
-    let arguments = arguments.join(", ");
-    Some(match result.trim() {
-        "void" => format!("fn {name}({arguments}) {{"),
-        result => format!("fn {name}({arguments}) -> {} {{", ty(result)),
-    })
 }
 
 /// The way out of a structure that is made as in Rust or C: `Name { member: value }`.

@@ -5,7 +5,7 @@ use std::ops::Range;
 use naga::Span;
 
 use super::stages;
-use super::text_map::{Origin, TextMap};
+use super::text_map::TextMap;
 use crate::codes;
 use umbragraph_text::diagnostic::{AxisValues, Code, Diagnostic, Place};
 use umbragraph_text::source::{self, FileId};
@@ -100,12 +100,7 @@ impl Rejection {
             diagnostic = diagnostic.related(Place::Nowhere, generated_line(text, range.start));
         }
         diagnostic.help = self.help.clone();
-        match self.range.as_ref().and_then(|range| quotient(text, map, range.start)) {
-            Some((tag, number)) if diagnostic.help.is_none() => diagnostic
-                .related(tag, format!("this writes {number}"))
-                .help("`/` of the template language divides to a float: `//` divides whole numbers"),
-            _ => diagnostic,
-        }
+        diagnostic
     }
 }
 
@@ -121,19 +116,6 @@ pub(crate) fn declaration(text: &str, from: usize, name: &str) -> Option<Range<u
     let end = rest[range.end..].find(is_end).map_or(rest.len(), |end| range.end + end);
     let length = rest[range.start..end].trim_end().len();
     Some(from + range.start..from + range.start + length)
-}
-
-/// The tag that wrote a number such as `2.0` into the generated line of a place, and the number. A template gives
-/// floats by dividing only.
-fn quotient<'t>(text: &'t str, map: &TextMap, at: usize) -> Option<(source::Span, &'t str)> {
-    let start = text.get(..at)?.rfind('\n').map_or(0, |line| line + 1);
-    let end = text[at..].find('\n').map_or(text.len(), |end| at + end);
-    map.part(start..end).find_map(|(range, origin)| {
-        let Some(Origin::Tag(tag)) = origin else { return None };
-        let number = text.get(range)?;
-        let whole = number.strip_suffix(".0")?.trim_start_matches('-');
-        (!whole.is_empty() && whole.bytes().all(|each| each.is_ascii_digit())).then_some((tag, number))
-    })
 }
 
 /// The line of generated WGSL at a byte offset, as a message: `generated line 12: let x = 1;`.

@@ -57,6 +57,8 @@ pub struct Composed {
     pub document: Document,
     /// The spans of overridden values, newest first, by the JSON pointer of the value that was replaced or deleted.
     pub replaced: BTreeMap<String, Vec<Span>>,
+    /// The span of the `null` that deleted a value, by the JSON pointer of that value.
+    pub deleted: BTreeMap<String, Span>,
     /// The role of each file in the document.
     pub layers: BTreeMap<FileId, Layer>,
     /// The files of the document; the first is the pipeline file itself.
@@ -96,8 +98,7 @@ impl Composed {
         for (pointer, older) in extension.replaced {
             self.replaced.entry(inserted(pointer)).or_default().extend(older);
         }
-        let deleted = extension.document.deleted.into_iter();
-        self.document.deleted.extend(deleted.map(|(pointer, place)| (inserted(pointer), place)));
+        self.deleted.extend(extension.deleted.into_iter().map(|(pointer, place)| (inserted(pointer), place)));
         self.layers.extend(extension.files.iter().map(|file| (*file, Layer::Extension)));
         self.files.extend(extension.files);
         let merge::Changes { replaced, deleted } =
@@ -106,7 +107,7 @@ impl Composed {
             let known = self.replaced.entry(pointer).or_default();
             known.splice(..0, older);
         }
-        self.document.deleted.extend(deleted);
+        self.deleted.extend(deleted);
     }
 
     /// Adds the sections of another document, as the key `"include"` does. A member that exists in both documents is an
@@ -172,7 +173,7 @@ fn compose_as(
     }
     let merge::Changes { replaced, deleted } = composer.changes;
     let (layers, files) = (composer.layers, composer.seen);
-    Some(Composed { document: Document { root, deleted }, replaced, layers, files, used })
+    Some(Composed { document: Document { root }, replaced, deleted, layers, files, used })
 }
 
 struct Composer<'a> {
@@ -215,9 +216,7 @@ impl Composer<'_> {
     }
 
     fn compose_value(&mut self, mut root: Value, path: &Path, mut below: Option<Value>) -> Option<Value> {
-        if let ([.., (_, Some(place)), _], Some(_)) = (&self.chain[..], root.get("inputs"))
-            && !self.is_lenient
-        {
+        if let ([.., (_, Some(place)), _], Some(_), false) = (&self.chain[..], root.get("inputs"), self.is_lenient) {
             let message = "this is a subgraph (it has \"inputs\"), and a pipeline extends or includes pipelines";
             let help = "use it in a pass: { \"use\": \"PATH\", \"with\": { … } }";
             self.diagnostics.push(Diagnostic::error(codes::WRONG_TYPE, *place, message).help(help));

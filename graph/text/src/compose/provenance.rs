@@ -20,25 +20,10 @@ pub fn as_written(document: &Document, diagnostics: Diagnostics) -> Diagnostics 
         return diagnostics;
     }
     let places = SharedPlaces::of(document);
-    let told = |diagnostic| in_section(document, in_group(document, &places, is_deleted(document, diagnostic)));
+    let told = |diagnostic| in_section(document, in_group(document, &places, diagnostic));
     let mut written: Diagnostics = diagnostics.into_iter().map(told).collect();
     written.merge();
     written
-}
-
-/// Redirects a diagnostic about a missing name to the `null` that deletes what has the name.
-fn is_deleted(document: &Document, diagnostic: Diagnostic) -> Diagnostic {
-    let name = diagnostic.message.strip_prefix("there is no ").and_then(|rest| rest.split('"').nth(1));
-    let is_it = |pointer: &str| pointer.matches('/').count() == 2 && name == pointer.rsplit('/').next();
-    let mut deleted = document.deleted.iter().filter(|_| name.is_some());
-    let Some(((pointer, null), name)) = deleted.find(|(pointer, _)| is_it(pointer)).zip(name) else {
-        return diagnostic;
-    };
-    let message = format!("\"{name}\" is deleted here, but it is used");
-    let mut moved = Diagnostic::error(diagnostic.code, *null, message).pointer(pointer.as_str());
-    moved = moved.related(diagnostic.place, "used here").help(format!("remove \"{name}\": null"));
-    moved.related.extend(diagnostic.related);
-    moved
 }
 
 /// Redirects a diagnostic about an inherited value to the group of shared settings that contains the value, and adds

@@ -26,8 +26,6 @@ pub use parse::{Parsed, parse};
 pub use pointer::{Pointer, pointer_join};
 pub use sign::{Signs, Written};
 
-use std::collections::BTreeMap;
-
 use crate::source::Span;
 
 /// A parsed JSON document.
@@ -35,14 +33,6 @@ use crate::source::Span;
 pub struct Document {
     /// The value at the root of the document.
     pub root: Value,
-    /// The span of the `null` that deleted a value of an extended file, by the JSON pointer of that value.
-    pub deleted: BTreeMap<String, Span>,
-}
-
-impl From<Value> for Document {
-    fn from(root: Value) -> Self {
-        Self { root, deleted: BTreeMap::new() }
-    }
 }
 
 /// A JSON value with its span in the source.

@@ -72,12 +72,12 @@ pub fn parse(sources: &Sources, file: FileId) -> Parsed {
         let diagnostic = Diagnostic::error(codes::FILE_TOO_LARGE, Span::new(file, at..at + 1), message)
             .help("a pipeline has at most 65,536 passes: draw more in one pass, or split the pipeline");
         let root = Value { span: Span::new(file, 0..text.len()), kind: Kind::Missing };
-        return Parsed { document: root.into(), holes: Vec::new(), diagnostics: diagnostic.into() };
+        return Parsed { document: Document { root }, holes: Vec::new(), diagnostics: diagnostic.into() };
     }
     let mut reader = Reader::new(file, &text, VecDeque::new());
     let root = reader.document();
     let Reader { holes, diagnostics, control_character, .. } = reader;
-    let parsed = Parsed { document: root.into(), holes, diagnostics };
+    let parsed = Parsed { document: Document { root }, holes, diagnostics };
     if parsed.holes.is_empty() {
         return parsed;
     }
@@ -122,7 +122,7 @@ fn closed(parsed: Parsed, file: FileId, text: &str) -> Parsed {
         if reader.holes.len() < best.holes.len() {
             holes.append(&mut reader.holes);
             holes.sort_by_key(|hole| hole.place);
-            best = Parsed { document: root.into(), holes, diagnostics: best.diagnostics };
+            best = Parsed { document: Document { root }, holes, diagnostics: best.diagnostics };
         }
     }
     best

@@ -85,7 +85,7 @@ pub fn rename_declaration(
             Some(Layer::Used) => pointer_join("/subgraphs", of_file),
             _ => String::new(),
         };
-        let Document { root, .. } = parse(sources, *file).document;
+        let Document { root } = parse(sources, *file).document;
         for pointer in pointers.iter().filter_map(|pointer| pointer.strip_prefix(subgraph.as_str())) {
             let (above, _) = pointer.rsplit_once('/').unwrap_or_default();
             let owner = above.split('/').skip(1).try_fold(&root, |value, key| value.get(&unescaped(key)));

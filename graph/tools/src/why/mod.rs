@@ -96,7 +96,7 @@ pub fn why(subject: &Subject<'_>, name: &str, place: Span) -> Result<Vec<Thing>,
     let names = find::names(subject);
     let mut diagnostic = unknown("nothing in this pipeline is named", name, place, &names);
     // What a file deleted has left its name behind.
-    for (pointer, null) in &subject.composed.document.deleted {
+    for (pointer, null) in &subject.composed.deleted {
         if pointer.matches('/').count() == 2 && pointer.ends_with(&format!("/{name}")) {
             for older in subject.composed.replaced.get(pointer).into_iter().flatten() {
                 diagnostic = Box::new(diagnostic.related(*older, "it stood here"));

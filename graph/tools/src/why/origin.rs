@@ -112,7 +112,7 @@ pub(super) fn origins(subject: &Subject<'_>, pointer: &str, value: &Value, prefi
     let mut leaves = Vec::new();
     leaf(subject, pointer, value, prefix, &mut origins, &mut leaves);
     let below = format!("{pointer}/");
-    for (deleted, place) in subject.composed.document.deleted.range(below.clone()..) {
+    for (deleted, place) in subject.composed.deleted.range(below.clone()..) {
         let Some(rest) = deleted.strip_prefix(&below) else { break };
         // A higher file may have put it back.
         if leaves.iter().any(|leaf: &String| leaf == deleted || leaf.starts_with(&format!("{deleted}/"))) {

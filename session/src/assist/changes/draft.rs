@@ -30,7 +30,7 @@ impl Draft {
     pub(super) fn root(&self) -> Value {
         let mut sources = Sources::new();
         let file = sources.add("draft", self.text.as_str());
-        let Document { root, .. } = parse(&sources, file).document;
+        let Document { root } = parse(&sources, file).document;
         root
     }
 

@@ -9,7 +9,7 @@ use crate::pipeline::state::shared::Shared;
 use crate::pipeline::survey::{Chosen, EntryPoints};
 use crate::work::ProgramHandle;
 use umbragraph_shaders::{Axes, Axis, AxisKind, AxisValue, AxisValues};
-use umbragraph_text::diagnostic::{Diagnostic, Severity, codes, list_of, suggested_name};
+use umbragraph_text::diagnostic::{Diagnostic, codes, list_of, suggested_name};
 use umbragraph_text::document::{self, Signs, Written};
 use umbragraph_text::expression::{ExpressionKind, Scope as _, Value};
 use umbragraph_text::language::Expr;
@@ -72,9 +72,6 @@ impl PassBuilder<'_> {
                         if !matches!(parsed.kind, ExpressionKind::Literal(_)) {
                             self.open_axes.insert(name.clone());
                         }
-                        if let ExpressionKind::Name(setting) = &parsed.kind {
-                            self.fits_axis(template, axis, setting, &value);
-                        }
                         values.insert(name.clone(), value);
                     }
                     None => {
@@ -98,7 +95,6 @@ impl PassBuilder<'_> {
             self.shared.fix_name(&axis.name, self.environment, &at);
             let value = self.environment.axis(&axis.name, &self.shared.scope);
             if let Some(value) = value.as_ref().and_then(axis_value) {
-                fine &= self.fits_axis(template, axis, &axis.name, &value);
                 self.open_axes.insert(axis.name.clone());
                 values.insert(axis.name.clone(), value);
             }
@@ -121,56 +117,6 @@ impl PassBuilder<'_> {
         let program = programs.program(chosen, place, &|| [at.as_str(), &shader_at].concat(), diagnostics)?;
         self.check_entry_points(program, &named, pointer)?;
         Some(program)
-    }
-
-    /// Compares what a parameter or feature allows with the axis to which it gives a value: reports a value that the axis
-    /// does not have, and warns of a wider range. Returns `true` if the value fits.
-    fn fits_axis(&mut self, template: &str, axis: &Axis, setting: &str, value: &AxisValue) -> bool {
-        let is_surveyed = self.shared.programs.survey.is_some();
-        let declared = self.environment.declared(setting, &self.shared.declared).filter(|_| !is_surveyed);
-        let Some(declared) = declared else { return true };
-        let name = &axis.name;
-        let takes = format!("the axis \"{name}\" of {template} takes {}", axis.kind.describe());
-        let is_of_kind = matches!(
-            (&axis.kind, value),
-            (AxisKind::Bool, AxisValue::Bool(_))
-                | (AxisKind::Integer { .. }, AxisValue::Integer(_))
-                | (AxisKind::Enum(_) | AxisKind::TextureFormat(_), AxisValue::Name(_))
-        );
-        let code = umbragraph_shaders::codes::AXIS_VALUE;
-        let diagnostic = if !is_of_kind {
-            let what = match value {
-                AxisValue::Bool(_) => "a boolean",
-                AxisValue::Integer(_) => "a number",
-                _ => "a word",
-            };
-            let help = match &axis.kind {
-                AxisKind::Bool => "let it be of the type \"bool\"".to_owned(),
-                AxisKind::Integer { .. } => "let it be of the type \"u32\"".to_owned(),
-                AxisKind::Enum(words) | AxisKind::TextureFormat(words) => {
-                    format!("let it be {{ \"type\": \"enum\", \"values\": {} }}", serde_json::json!(words))
-                }
-            };
-            let message = format!("\"{setting}\" is {what}, but {takes}");
-            Diagnostic::error(code, declared.place, message).help(format!("{help}, or rename the axis"))
-        } else if !axis.kind.contains(value) {
-            let message = format!("\"{setting}\" is {value}, but {takes}");
-            let help = format!("give a value of {}, or let the axis have more", axis.kind.describe());
-            Diagnostic::error(code, declared.given, message).help(help)
-        } else if let AxisKind::Integer { min, max } = axis.kind
-            && (declared.min.is_some_and(|own| own < min as f64) || declared.max.is_some_and(|own| own > max as f64))
-        {
-            let number = |number: Option<f64>| number.map_or_else(String::new, |number| number.to_string());
-            let (own_min, own_max) = (number(declared.min), number(declared.max));
-            let message = format!("\"{setting}\" goes from {own_min} to {own_max}, but {takes}");
-            let help = format!("write \"min\": {min}, \"max\": {max}, or let the axis have more");
-            Diagnostic::warning(code, declared.place, message).help(help)
-        } else {
-            return true;
-        };
-        let is_error = diagnostic.severity == Severity::Error;
-        self.shared.diagnostics.push(diagnostic.related(axis.span, "the axis is declared here"));
-        !is_error
     }
 
     /// The axis values of a program that are the same in every configuration. These are literals in the pass, and

@@ -177,10 +177,6 @@ impl PassBuilder<'_> {
             if let Some(earlier) = history::earlier(self.shared, handle, back) {
                 return Some((earlier, Version::Newest));
             }
-            // The initial value without a history has a diagnostic.
-            if self.shared.resources[handle.index()].has_initial_alone() {
-                return None;
-            }
             let (message, help) = history::beyond(self.shared, handle, back);
             let place = self.shared.resources[handle.index()].place;
             let diagnostic = Diagnostic::error(codes::HISTORY_READ, self.place(pointer), message)

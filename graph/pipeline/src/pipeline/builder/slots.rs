@@ -365,15 +365,12 @@ const MAX_EXAMPLE: usize = 8;
 
 /// Zeros for a type of a uniform block, as JSON writes them.
 pub(super) fn example(layout: &TypeLayout) -> serde_json::Value {
-    let list = |count: u32, one: serde_json::Value| vec![one; count.min(16) as usize].into();
     match layout {
         TypeLayout::Scalar { .. } => 0.into(),
-        TypeLayout::Vector { components, .. } => list(*components, 0.into()),
-        TypeLayout::Matrix { columns, rows, .. } => list(columns * rows, 0.into()),
-        TypeLayout::Array { element, count, .. } => list(count.unwrap_or(1), example(element)),
         TypeLayout::Struct { members, .. } => {
             members.iter().map(|member| (member.name.clone(), example(&member.layout))).collect()
         }
+        _ => vec![0; (layout.size() / 4).min(16) as usize].into(),
     }
 }
 

@@ -9,23 +9,6 @@ use crate::work::ProgramHandle;
 use umbragraph_shaders::VertexInput;
 use umbragraph_text::diagnostic::{codes, list_of};
 
-/// The vertex format that feeds a type of WGSL, GLSL or HLSL: `float32x2` for `vec2<f32>`, `vec2f` and `float2`.
-fn of_type(name: &str) -> Option<String> {
-    let plain: String = name.chars().filter(|each| !matches!(each, '<' | '>')).collect();
-    let kind = match plain.trim_end_matches(|each: char| each.is_ascii_digit()) {
-        _ if plain.contains('i') && !plain.contains('u') => "sint32",
-        _ if plain.contains('u') => "uint32",
-        _ if plain.contains('f') || plain.starts_with("vec") => "float32",
-        _ => return None,
-    };
-    let known = ["f", "i", "u", "float", "int", "uint", "vec", "ivec", "uvec"];
-    let letters = plain.trim_end_matches("32");
-    let start = letters.trim_end_matches(['f', 'i', 'u']).trim_end_matches(|each: char| each.is_ascii_digit());
-    let count = letters.chars().find(|each| ('2'..='4').contains(each));
-    let is_known = known.contains(&start) || start.is_empty() && known.contains(&letters);
-    is_known.then(|| kind.to_owned() + &count.map(|count| format!("x{count}")).unwrap_or_default())
-}
-
 impl PassBuilder<'_> {
     /// The vertex inputs of a program's variant without mesh properties, with their shader locations.
     pub fn vertex_inputs(&self, program: ProgramHandle) -> Vec<VertexInput> {
@@ -52,16 +35,11 @@ impl PassBuilder<'_> {
             let Some(parsed) = parse_format(format) else {
                 let message = format!("\"{format}\" is not a vertex format");
                 let (at, known) = (format!("{here}/format"), vertex_formats());
-                if let Some(same) = of_type(format) {
-                    let help = format!("did you mean \"{same}\"?");
-                    self.report(codes::HOST_CONTRACT, &at, message, help);
-                    sound = false;
-                    continue;
-                }
                 let known: Vec<&str> = known.iter().map(String::as_str).collect();
                 self.report_unknown(codes::HOST_CONTRACT, &at, message, format, &known, || {
-                    "vertex formats have the names of the WebGPU specification, such as \"float32x3\""
-                        .to_owned()
+                    let read = inputs.iter().find(|input| input.name == *name);
+                    let fitting = read.map_or("float32x3".to_owned(), |input| format_name(input.format));
+                    format!("vertex formats have WebGPU's names: write \"{fitting}\"")
                 });
                 sound = false;
                 continue;

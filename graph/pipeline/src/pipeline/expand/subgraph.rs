@@ -13,7 +13,6 @@ use std::sync::Arc;
 use crate::pipeline::expand::{Expander, Gap, gap};
 use crate::pipeline::names::{Environment, Given, Input, Instance, expression_diagnostic};
 use crate::pipeline::settings::{derived, setting};
-use crate::pipeline::state::shared::Declared;
 use umbragraph_text::compose::is_path;
 use umbragraph_text::diagnostic::{Diagnostic, Diagnostics, codes, suggested_name};
 use umbragraph_text::document::{self, Entry, Kind, Signs, pointer_join};
@@ -147,9 +146,6 @@ impl<'a> Expander<'a, '_> {
                 return None;
             }
         };
-        let (place, min, max) = (parameter.key_span, declaration.min, declaration.max);
-        let declared = Declared { place, given: given.map_or(place, |given| given.span), min, max };
-        inner.declared.insert(parameter.key.clone(), declared);
         if !declaration.values.is_empty() {
             inner.words.insert(parameter.key.clone(), declaration.values.clone());
         }

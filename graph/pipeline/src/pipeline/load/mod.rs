@@ -114,7 +114,6 @@ fn loaded(
     let toggles = toggles::toggles(document, &sound.toggles, diagnostics);
     let programs = Programs::new(shaders, is_surveyed.then(Survey::default));
     let mut shared = Shared::new(settings.scope(), settings.dependence(), sound.geometry, programs, sources);
-    shared.declared = settings.declared(document);
     let stated = registry.hosts().iter().filter_map(|(geometry, interface)| match &interface.filters {
         HostFilters::Words(words) => Some((geometry.clone(), words.clone())),
         HostFilters::Any | HostFilters::Unstated => None,

@@ -134,7 +134,7 @@ pub(super) fn as_suggested(document: &Document, schema_diagnostics: &Diagnostics
         Entry { key, ..entry.clone() }
     });
     let kind = document::Kind::Object(renamed.collect());
-    Some(document::Value { kind, ..document.root.clone() }.into())
+    Some(Document { root: document::Value { kind, ..document.root.clone() } })
 }
 
 /// Returns `true` if a diagnostic concerns a pass that extends missing or broken shared settings, so that the

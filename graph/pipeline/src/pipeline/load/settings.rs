@@ -7,7 +7,7 @@ use crate::pipeline::names::identifiers::{name_diagnostic, twin_diagnostic};
 use crate::pipeline::settings::{
     Dependence, Derived, Feature, Overrides, StaticScope, ValuedParameter, derived, preset, setting,
 };
-use crate::pipeline::state::shared::{Declared, Shared};
+use crate::pipeline::state::shared::Shared;
 use umbragraph_shaders::TargetProfile;
 use umbragraph_text::diagnostic::{Diagnostic, Diagnostics, codes};
 use umbragraph_text::document::{Document, pointer_join};
@@ -65,23 +65,6 @@ impl Settings {
         );
         broken.extend(derived.broken);
         Self { parameters, features, derived: derived.values, broken }
-    }
-
-    /// What the parameters and features allow, and where their values come from.
-    pub(super) fn declared(&self, document: &Document) -> BTreeMap<String, Declared> {
-        let place = |name: &str| {
-            let mut entries = section(document, "parameters").iter().chain(section(document, "features"));
-            entries.find(|entry| entry.key == name).map(|entry| entry.key_span)
-        };
-        let parameters = self.parameters.iter().filter_map(|(name, one)| {
-            let (place, declaration) = (place(name)?, &one.declaration);
-            let (min, max) = (declaration.min, declaration.max);
-            Some((name.clone(), Declared { place, given: one.place, min, max }))
-        });
-        let features = self.features.iter().filter_map(|(name, one)| {
-            Some((name.clone(), Declared { place: place(name)?, given: one.place, min: None, max: None }))
-        });
-        parameters.chain(features).collect()
     }
 
     /// The parameters on which each value depends.

@@ -18,7 +18,6 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use crate::pipeline::names::identifiers::VIEWPORT;
-use crate::pipeline::state::shared::Declared;
 use umbragraph_text::diagnostic::{Diagnostic, codes};
 use umbragraph_text::expression::{
     self, ErrorKind, Expression, ExpressionError, ExpressionKind, Scope, Value,
@@ -42,8 +41,6 @@ pub struct Environment {
     pub(crate) following: BTreeMap<String, String>,
     /// The allowed words of locals that are enumerations, by name.
     pub(crate) words: BTreeMap<String, Vec<String>>,
-    /// What the parameters of the subgraph allow, by name.
-    pub(crate) declared: BTreeMap<String, Declared>,
     /// The inputs of the subgraph, by name.
     pub(crate) inputs: BTreeMap<String, Input>,
     /// The places where the enclosing subgraphs are used, the innermost first.
@@ -84,15 +81,6 @@ impl Environment {
     /// The value that an axis of this name takes if a pass does not set it; `None` for the axis's default.
     pub(crate) fn axis(&self, name: &str, scope: &dyn Scope) -> Option<Value> {
         if self.is_file { self.locals.get(name).cloned() } else { scope.lookup(name) }
-    }
-
-    /// What the parameter or feature of a name allows; `None` for other names, such as those of derived values.
-    pub(crate) fn declared<'s>(
-        &'s self,
-        name: &str,
-        outside: &'s BTreeMap<String, Declared>,
-    ) -> Option<&'s Declared> {
-        if self.locals.contains_key(name) { self.declared.get(name) } else { outside.get(name) }
     }
 
     /// Adds the places where the enclosing subgraphs are used to a diagnostic, as related places.
@@ -399,7 +387,6 @@ mod tests {
             prefix: "blur.".to_owned(),
             is_file: false,
             words: BTreeMap::new(),
-            declared: BTreeMap::new(),
             locals: BTreeMap::from([("level".to_owned(), Value::Number(2.0))]),
             inputs: BTreeMap::from([(
                 "image".to_owned(),

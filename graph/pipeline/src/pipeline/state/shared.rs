@@ -26,16 +26,6 @@ pub(crate) struct Expected {
     pub(crate) pointer: String,
 }
 
-/// What a parameter or feature allows, and where its value comes from.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Declared {
-    pub(crate) place: Span,
-    /// The place of the value: the default, a preset, the caller's setting, or what a use of a subgraph gives.
-    pub(crate) given: Span,
-    pub(crate) min: Option<f64>,
-    pub(crate) max: Option<f64>,
-}
-
 /// The state that all passes of one pipeline share while they are declared.
 pub(crate) struct Shared {
     pub(crate) scope: StaticScope,
@@ -43,8 +33,6 @@ pub(crate) struct Shared {
     pub(crate) dependence: Dependence,
     /// The values of arguments and derived values of subgraphs that depend on parameters, by internal names.
     pub(crate) given: BTreeMap<String, Value>,
-    /// The parameters and features that give their values to axes of their names.
-    pub(crate) declared: BTreeMap<String, Declared>,
     pub(crate) resources: Vec<Resource>,
     pub(crate) resource_index: HashMap<String, ResourceHandle>,
     pub(crate) geometry: BTreeMap<String, GeometryDeclaration>,
@@ -76,7 +64,6 @@ impl Shared {
             scope,
             dependence,
             given: BTreeMap::new(),
-            declared: BTreeMap::new(),
             resources: Vec::new(),
             resource_index: HashMap::new(),
             geometry,

@@ -25,7 +25,7 @@ use serde_json::Value as Json;
 
 use super::{Entry, Kind, Pointer, Signs, Value, Written};
 use crate::diagnostic::{Diagnostic, Diagnostics, MAX_DIAGNOSTICS, codes, list_of, suggested_name};
-use messages::{KNOWN_ARE, by_name, joined, of_ones, same_key, whole_member, with_wrapper, wrong_type};
+use messages::{KNOWN_ARE, joined, of_ones, same_key, whole_member, with_wrapper, wrong_type};
 use rules::{Additional, Alternatives, Branch, Node, Required, Rules};
 
 impl Schema {
@@ -95,7 +95,11 @@ impl<'a> Checker<'a, '_> {
             let is_list_of_named = is_wanted
                 && matches!((&value.kind, &rules.additional), (Kind::Array(_), Additional::Like(_)));
             let diagnostic = match pointer.to_string().rsplit('/').next() {
-                Some(section) if is_list_of_named => by_name(diagnostic, value, section),
+                Some(section) if is_list_of_named => {
+                    let name = value.elements().and_then(|list| list.first()?.get("name")?.text());
+                    let name = name.unwrap_or("NAME");
+                    diagnostic.help(format!("\"{section}\" stand by their names: {{ \"{name}\": {{ … }} }}"))
+                }
                 _ => with_wrapper(diagnostic, value, wrapped),
             };
             self.push(diagnostic, pointer);
