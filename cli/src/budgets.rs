@@ -93,7 +93,8 @@ impl Budgets {
                             Path::new(path.as_str()).file_stem().is_some_and(|stem| stem == own.key.as_str())
                         };
                         let meant = reached.keys().find(is_it).map(String::as_str);
-                        let meant = meant.or_else(|| suggested_name(&own.key, reached.keys().map(String::as_str)));
+                        let meant =
+                            meant.or_else(|| suggested_name(&own.key, reached.keys().map(String::as_str)));
                         let help = match meant {
                             Some(path) => format!("did you mean \"{path}\"?"),
                             None => "name it by its path from the folder of this file".to_owned(),

@@ -64,10 +64,12 @@ fn warn_of_unbound(pass: &mut PassBuilder<'_>, over: ResourceHandle, bindings: &
         })
     };
     let written = textures().find(|(_, bound)| bound.usage.writes());
-    let Some((slot, _)) = written.filter(|_| !textures().any(|(_, bound)| bound.texture.resource == over)) else {
+    let Some((slot, _)) = written.filter(|_| !textures().any(|(_, bound)| bound.texture.resource == over))
+    else {
         return;
     };
-    let message = format!("\"{}\" runs for each texel of a texture that is not under its \"bind\"", pass.name());
+    let message =
+        format!("\"{}\" runs for each texel of a texture that is not under its \"bind\"", pass.name());
     let help = format!(
         "name the texture that is written, which is bound to \"{}\"; say the number with \"workgroups\" if it is another \
          one on purpose",

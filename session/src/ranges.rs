@@ -12,14 +12,16 @@ use crate::graph::shader::{Axis, AxisKind, TemplateSet};
 
 /// Adds a diagnostic for each parameter or feature of a document, and of its subgraphs, that allows what an axis does not.
 pub(crate) fn check(root: &Value, templates: &TemplateSet, diagnostics: &mut Diagnostics) {
-    let subgraphs = root.entries_of("subgraphs").iter().map(|subgraph| {
-        (pointer_join("/subgraphs", &subgraph.key), &subgraph.value)
-    });
+    let subgraphs = root
+        .entries_of("subgraphs")
+        .iter()
+        .map(|subgraph| (pointer_join("/subgraphs", &subgraph.key), &subgraph.value));
     for (pointer, owner) in subgraphs.chain([(String::new(), root)]) {
         for pass in owner.entries_of("passes") {
             for kind in pass.value.entries().unwrap_or_default() {
                 let shader = kind.value.get("shader").and_then(Value::text);
-                let Some((template, axes)) = shader.and_then(|name| Some((name, templates.axes(name)?))) else {
+                let Some((template, axes)) = shader.and_then(|name| Some((name, templates.axes(name)?)))
+                else {
                     continue;
                 };
                 for axis in axes.iter() {
@@ -43,7 +45,8 @@ pub(crate) fn check(root: &Value, templates: &TemplateSet, diagnostics: &mut Dia
 fn misfit(declared: &Entry, template: &str, axis: &Axis) -> Option<Diagnostic> {
     let name = &declared.key;
     let kind = declared.value.get("type").and_then(Value::text)?;
-    let takes = format!("the axis \"{name}\" of {template}, which takes its value, has {}", axis.kind.describe());
+    let takes =
+        format!("the axis \"{name}\" of {template}, which takes its value, has {}", axis.kind.describe());
     let is_of_kind = match &axis.kind {
         AxisKind::Bool => kind == "bool",
         AxisKind::Integer { .. } => ["u32", "i32"].contains(&kind),

@@ -132,7 +132,6 @@ const MISTAKES: &[Mistake] = &[
     Mistake("18-mesh", "\"format\": \"float32x2\" }, {", "\"format\": \"vec2<f32>\" }, {", "UG0607", "vec2<f32>", "write \\\"float32x2\\\""),
     // Names by meaning
     Mistake("08-subgraph", "\"brighter\": { \"use\": \"glow\", \"with\": { \"image\": \"&softer\"", "\"brighter\": { \"use\": \"glow\", \"with\": { \"image\": \"&small\"", "UG0301", "small", "&soft.small"),
-    Mistake("09-loops-and-mips", "\"mip\": \"=level\" } }", "\"mip\": \"=lvl\" } }", "UG0311", "lvl", "level"),
     // One cause, one diagnostic
     Mistake("14-history", "\"lifetime\": \"history\", ", "", "UG0431", "[0, 0, 0, 1]", "history"),
     Mistake("08-subgraph", "\"brighter\": { \"use\"", "\"brighter\": { \"fullscreen\": {}, \"use\"", "UG0102", "use", "make it two"),

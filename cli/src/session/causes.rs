@@ -81,7 +81,10 @@ pub(super) fn joined(
         if let Some(folder) = folder {
             templates.push(name);
             let lie = if templates.len() == 1 { "lies" } else { "lie" };
-            one.help = Some(format!("{} {lie} in \"{folder}\": give it with --templates {folder}", list_of(&templates)));
+            one.help = Some(format!(
+                "{} {lie} in \"{folder}\": give it with --templates {folder}",
+                list_of(&templates)
+            ));
             one.fix = None;
         }
         match kept.iter_mut().find(|first| is_of_cause(first, &one)) {
@@ -110,11 +113,14 @@ fn is_of_cause(first: &Diagnostic, other: &Diagnostic) -> bool {
     if !is_plain(first) || !is_plain(other) {
         return false;
     }
-    let cause = |one: &Diagnostic| one.related.first().map(|related| (related.place.clone(), related.message.clone()));
+    let cause = |one: &Diagnostic| {
+        one.related.first().map(|related| (related.place.clone(), related.message.clone()))
+    };
     let has_cause = cause(first).is_some() && cause(first) == cause(other);
     let is_published = cause(first).is_some_and(|(_, label)| label.ends_with("is published here"));
     let is_named = [codes::UNKNOWN_RESOURCE, codes::EXPRESSION_NAME].contains(&first.code);
-    let is_folder = |one: &Diagnostic| one.help.as_ref().is_some_and(|help| help.contains("give it with --templates"));
+    let is_folder =
+        |one: &Diagnostic| one.help.as_ref().is_some_and(|help| help.contains("give it with --templates"));
     if first.code != other.code {
         return has_cause && is_published;
     }

@@ -69,7 +69,6 @@ impl Assembly {
             passes: Vec::new(),
             programs: vec![program],
             broken_settings: Default::default(),
-            absent: Vec::new(),
             gaps: Vec::new(),
             survey: None,
             rejected: Default::default(),

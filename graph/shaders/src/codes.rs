@@ -9,7 +9,7 @@ umbragraph_text::codes! {
         "The template is not well-formed minijinja: a tag is not closed, a block has no end, an expression is incomplete.\n\nTags are `{% if sscs %}`, `{{ taps }}` and `{# a comment #}`; a block tag alone on its line leaves no line behind.";
     /// A template reads a name that is neither an axis nor defined in the template.
     UNDECLARED_NAME = "UG0502", "undeclared name in a template",
-        "A template reads a name that is neither one of its axes nor bound in the template by `set`, `for`, `macro` or `import`.\n\nA template sees its declared axes and nothing else, so a misspelt name is always found, also where a test or a default would have hidden it. Declare the axis in the file `NAME.axes.json` beside the template; where an included template reads it, add that template to `inherits`.";
+        "A template reads a name that is neither one of its axes nor bound in the template by `set`, `for`, `macro` or `import`.\n\nA template sees its declared axes and nothing else, so a misspelt name is always found, also where a test or a default would have hidden it. Declare the axis in the file `NAME.axes.json` beside the template; where an included template reads it, add that template to `inherits`. A template that extends another, and has no such file, has the axes of that one.";
     /// A template includes, imports or extends a template that does not exist.
     INCLUDE_MISSING = "UG0503", "included template is missing",
         "A template includes, imports or extends another one that does not exist. Names are those of the template set (`lib/noise.wgsl.jinja`), never relative to the including file.";

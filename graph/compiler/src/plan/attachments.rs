@@ -121,15 +121,10 @@ impl Planner<'_> {
                     }
                     Some(output) if output.kind != wanted => {
                         let ty = scalar_name(wanted);
+                        let name = &attachment.resource;
                         help = Some(format!(
-                            "let the shader return vec4<{ty}>, or give \"{}\" a format of {}, such as {}",
-                            attachment.resource,
-                            scalar_name(output.kind),
-                            match output.kind {
-                                ScalarKind::Uint => "rgba8uint",
-                                ScalarKind::Sint => "rgba8sint",
-                                _ => "rgba8unorm",
-                            }
+                            "let the shader return vec4<{ty}>, or give \"{name}\" a format of {}s",
+                            scalar_name(output.kind)
                         ));
                         format!(
                             "writes {} to @location({location}), but \"{}\" is {}, which takes {}",
@@ -174,7 +169,8 @@ impl Planner<'_> {
                     counted(count, "attachment")
                 );
                 let found = place(output.location);
-                return mismatch(&error).map(|diagnostic| diagnostic.labelled(found, "the output").help(help));
+                return mismatch(&error)
+                    .map(|diagnostic| diagnostic.labelled(found, "the output").help(help));
             }
         }
         None

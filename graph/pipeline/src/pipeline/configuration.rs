@@ -13,7 +13,7 @@ use crate::work::{PassHandle, ProgramHandle, ResourceHandle};
 use umbragraph_shaders::TargetProfile;
 use umbragraph_text::expression::Value;
 use umbragraph_text::language::GeometryDeclaration;
-use umbragraph_text::source::{Sources, Span};
+use umbragraph_text::source::Sources;
 
 /// A pipeline in one configuration: parameters and features have values, and passes are declared.
 #[derive(Clone, Debug)]
@@ -58,8 +58,6 @@ pub struct TypedPipeline {
     pub broken_settings: BTreeSet<String>,
     /// The names of passes, uses of subgraphs and loops that are missing because of errors.
     pub gaps: Vec<String>,
-    /// The passes whose condition does not hold, by the spans of their names and of their settings.
-    pub absent: Vec<(Span, Span)>,
     /// The record of required programs and of present and absent passes; `None` unless the load options request it.
     pub survey: Option<Survey>,
     /// The texts of the source files to which the source locations (`Span`) refer.

@@ -52,11 +52,17 @@ fn never(template: &Template, axis: &Axis, compared: &Compared) -> Option<Diagno
         return None;
     }
     let is_number = matches!(axis.kind, AxisKind::Integer { .. });
-    let unquoted = value.to_string().parse::<i64>().ok().filter(|number| axis.kind.contains(&AxisValue::Integer(*number)));
+    let unquoted = value
+        .to_string()
+        .parse::<i64>()
+        .ok()
+        .filter(|number| axis.kind.contains(&AxisValue::Integer(*number)));
     if let (Some(number), true) = (unquoted, is_number) {
         let span = Span::new(template.file, compared.range.clone());
-        let message =
-            format!("the axis \"{}\" is a number and {written} is a text, so that the two are never equal", axis.name);
+        let message = format!(
+            "the axis \"{}\" is a number and {written} is a text, so that the two are never equal",
+            axis.name
+        );
         let diagnostic = Diagnostic::error(codes::AXIS_COMPARED, span, message)
             .related(axis.span, format!("declared here with {}", axis.kind.describe()));
         return Some(diagnostic.help(format!("write {number} without quotes")).fix(span, number.to_string()));

@@ -101,9 +101,8 @@ fn read(text: &str) -> (Vec<(usize, String)>, Names, Structure) {
         .into_iter()
         .filter(|(name, _, end)| {
             let mut reads = names.uses.iter().filter(|(used, range)| used == name && range.start >= *end);
-            let is_bound_again = |read: usize| {
-                binds.iter().any(|(bound, at)| bound == name && (*end..read).contains(at))
-            };
+            let is_bound_again =
+                |read: usize| binds.iter().any(|(bound, at)| bound == name && (*end..read).contains(at));
             reads.any(|(_, range)| !is_bound_again(range.start))
         })
         .map(|(name, range, _)| (name, range))

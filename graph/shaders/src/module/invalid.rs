@@ -10,17 +10,16 @@ use naga::common::wgsl::TypeContext as _;
 use naga::front::Typifier;
 use naga::proc::{ResolveContext, TypeResolution};
 use naga::valid::{
-    Disalignment, EntryPointError, ExpressionError, FunctionError, GlobalUse, GlobalVariableError,
-    TypeError, ValidationError, VaryingError,
+    Disalignment, EntryPointError, ExpressionError, FunctionError, GlobalUse, GlobalVariableError, TypeError,
+    ValidationError, VaryingError,
 };
 use naga::{
     AddressSpace, BinaryOperator, Binding, Block, BuiltIn, DerivativeAxis, EntryPoint, Expression, Function,
-    GlobalVariable, Handle, ImageClass, ImageDimension, Interpolation, Module, SampleLevel, ScalarKind, ShaderStage, Span, Statement,
-    StorageAccess, Type, TypeInner, VectorSize,
+    GlobalVariable, Handle, ImageClass, ImageDimension, Interpolation, Module, SampleLevel, ScalarKind,
+    ShaderStage, Span, Statement, StorageAccess, Type, TypeInner, VectorSize,
 };
 
 use crate::written::ir;
-use crate::written::rejection::NO_F16;
 
 /// The message, place and way out of a validation error.
 #[derive(Default)]
@@ -189,15 +188,18 @@ fn in_function(module: &Module, function: &Function, name: &str, error: &Functio
             let stage = stage_of(function);
             Some(Explained::new(message).help(format!("write {stage} before `fn {name}`")))
         }
-        FunctionError::InvalidImageStore(source) => {
-            coordinates(module, function, source, "textureStore")
-        }
+        FunctionError::InvalidImageStore(source) => coordinates(module, function, source, "textureStore"),
         _ => None,
     }
 }
 
 /// Explains the coordinates of a texture function that have the wrong type.
-fn coordinates(module: &Module, function: &Function, error: &ExpressionError, called: &str) -> Option<Explained> {
+fn coordinates(
+    module: &Module,
+    function: &Function,
+    error: &ExpressionError,
+    called: &str,
+) -> Option<Explained> {
     let ExpressionError::InvalidImageCoordinateType(dimension, value) = error else { return None };
     let (_, ty) = type_of(module, function, *value)?;
     let of = |scalar: &str| match dimension {
@@ -206,7 +208,9 @@ fn coordinates(module: &Module, function: &Function, error: &ExpressionError, ca
         ImageDimension::D3 | ImageDimension::Cube => format!("vec3<{scalar}>"),
     };
     let (wanted, help) = match called {
-        "textureSample" => (of("f32"), format!("write {}(…), from 0 to 1, or textureLoad for texels", of("f32"))),
+        "textureSample" => {
+            (of("f32"), format!("write {}(…), from 0 to 1, or textureLoad for texels", of("f32")))
+        }
         _ => (
             format!("{} or {}", of("i32"), of("u32")),
             format!("write {}(…), or textureSampleLevel for coordinates from 0 to 1", of("i32")),
@@ -225,7 +229,9 @@ fn bool_in_buffer(module: &Module, ty: Handle<Type>, variable: &str) -> Option<E
             if !is_bool(member.ty) {
                 return bool_in_buffer(module, member.ty, name);
             }
-            let message = format!("\"{name}\" of \"{variable}\" is a bool, which no uniform or storage buffer can hold");
+            let message = format!(
+                "\"{name}\" of \"{variable}\" is a bool, which no uniform or storage buffer can hold"
+            );
             let help = format!("declare `{name}: u32`, and read `{variable}.{name} != 0u`");
             let explained = Explained::new(message).at(module.types.get_span(ty)).help(help);
             Some(Explained { member: Some(name.to_owned()), ..explained })
@@ -239,7 +245,8 @@ fn bool_in_buffer(module: &Module, ty: Handle<Type>, variable: &str) -> Option<E
 fn interpolated(module: &Module, variables: &[ir::Bound<'_>]) -> Option<Explained> {
     let integer = |kind| matches!(kind, Some(ScalarKind::Sint | ScalarKind::Uint));
     let variable = variables.iter().find(|variable| {
-        let is_flat = matches!(variable.binding, Binding::Location { interpolation: Some(Interpolation::Flat), .. });
+        let is_flat =
+            matches!(variable.binding, Binding::Location { interpolation: Some(Interpolation::Flat), .. });
         let is_located = matches!(variable.binding, Binding::Location { .. });
         is_located && !is_flat && integer(module.types[variable.ty].inner.scalar_kind())
     })?;
@@ -331,12 +338,6 @@ fn expression(
                 Explained::new(message)
                     .help("the condition is the last argument: select(if_false, if_true, condition)"),
             )
-        }
-        ExpressionError::InvalidCastArgument => {
-            let Expression::As { kind: ScalarKind::Float, convert: Some(2), .. } = function.expressions[place] else {
-                return None;
-            };
-            Some(Explained::new(NO_F16.to_owned()).help("use f32"))
         }
         error => {
             let called = match &function.expressions[place] {

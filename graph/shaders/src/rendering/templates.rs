@@ -362,7 +362,10 @@ impl TemplateSet {
         done.insert(name, Axes::default());
         let Some(declaration) = self.declarations.get(stem(name)) else {
             // Without a declaration, a template has the axes of the one that it extends.
-            let base = self.templates.get_key_value(name).and_then(|(_, one)| one.prepared.structure.extends.as_ref());
+            let base = self
+                .templates
+                .get_key_value(name)
+                .and_then(|(_, one)| one.prepared.structure.extends.as_ref());
             let axes = base.map(|base| self.collect(base, done, diagnostics)).unwrap_or_default();
             done.insert(name, axes.clone());
             return axes;

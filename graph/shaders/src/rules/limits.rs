@@ -272,7 +272,8 @@ impl Check<'_> {
                     self.over(size_span, &workgroup, &format!("{side} {workgroup}"), size, allowed);
                 }
                 for rejection in &mut self.found[before..] {
-                    rejection.help = Some("@workgroup_size(16, 16) and (256) have 256 invocations".to_owned());
+                    rejection.help =
+                        Some("@workgroup_size(16, 16) and (256) have 256 invocations".to_owned());
                 }
                 let before = self.found.len();
                 let what = format!("the workgroup memory of \"{name}\" in bytes");

@@ -57,9 +57,14 @@ impl ShaderModule {
 
     /// The place in a template where a member of a structure is declared: its name with its type.
     pub fn member(&self, structure: &str, name: &str) -> Option<SourceSpan> {
-        let of_struct = |range: &std::ops::Range<usize>| self.wgsl[..range.start].trim_end().ends_with("struct");
-        let at = stages::words(&self.wgsl, structure).find(of_struct)?.end;
-        self.map.span(declaration(&self.wgsl, at, name)?)
+        self.map.span(declaration(&self.wgsl, self.structure(structure)?, name)?)
+    }
+
+    /// The byte offset behind the name of a structure, where it is declared.
+    fn structure(&self, name: &str) -> Option<usize> {
+        let is_declared = |before: &str| before.trim_end().ends_with("struct");
+        let mut found = stages::words(&self.wgsl, name);
+        found.find(|range| is_declared(&self.wgsl[..range.start])).map(|range| range.end)
     }
 
     /// The place in a template where an entry point declares its output or input at a location: the attribute and what
@@ -69,10 +74,9 @@ impl ShaderModule {
         let start = stages::entry_point(&self.wgsl, entry_point)?.end;
         let head = &self.wgsl[start..start + self.wgsl[start..].find('{')?];
         let (from, result) = head.rfind("->").map(|at| (start + at, head[at + 2..].trim()))?;
-        let of_struct = |range: &std::ops::Range<usize>| self.wgsl[..range.start].trim_end().ends_with("struct");
         let from = match result.starts_with('@') {
             true => from,
-            false => stages::words(&self.wgsl, result).find(of_struct)?.end,
+            false => self.structure(result)?,
         };
         let at = from + self.wgsl[from..].find(&attribute)?;
         let end = self.wgsl[at + attribute.len()..].find([',', '{', '}', '\n'])?;

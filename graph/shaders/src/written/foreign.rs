@@ -6,7 +6,7 @@
 use std::ops::Range;
 
 use super::builtins;
-use super::rejection::{NO_F16, Rejection};
+use super::rejection::Rejection;
 use umbragraph_text::diagnostic::{list_of, suggested_name};
 
 /// Names of other languages, each with what WGSL has instead.
@@ -97,7 +97,7 @@ pub(super) fn explain(text: &str, rejection: &mut Rejection, words: &[Range<usiz
     } else if message.starts_with("expected `;`") && found == "{" {
         literal(text, words, &range)
     } else if message.contains("`f16` enable extension") {
-        rejection.message = NO_F16.to_owned();
+        rejection.message = "f16 is part of no target profile: devices need not have it".to_owned();
         Some("use f32".to_owned())
     } else if message.starts_with("expected assignment or increment") {
         return declaration(text, rejection, words, found);
@@ -149,7 +149,8 @@ fn global_item(found: &str) -> Option<&'static str> {
 
 /// Returns `true` for the name of a type of WGSL that is no structure.
 fn is_type(name: &str) -> bool {
-    ["f32", "i32", "u32", "bool", "f16"].contains(&name) || name.starts_with("vec") || name.starts_with("mat")
+    let is_of = |kind: &str| name.strip_prefix(kind).is_some_and(|rest| rest.starts_with(['2', '3', '4']));
+    ["f32", "i32", "u32", "bool", "f16"].contains(&name) || is_of("vec") || is_of("mat")
 }
 
 /// The way out of a line for a preprocessor; `rest` is the text behind the `#`.
@@ -358,7 +359,8 @@ fn members<'t>(text: &'t str, words: &[Range<usize>], at: usize) -> Option<(&'t 
 /// The places of the members of a structure; `None` if the text declares no such structure, or one without members.
 fn members_of(text: &str, words: &[Range<usize>], structure: &str) -> Option<Vec<Range<usize>>> {
     let word = |at: usize| words.get(at).map(|range| &text[range.clone()]);
-    let follows = |range: &Range<usize>| text.get(range.end..).unwrap_or_default().trim_start().starts_with(':');
+    let follows =
+        |range: &Range<usize>| text.get(range.end..).unwrap_or_default().trim_start().starts_with(':');
     let place = declared(text, words, "struct", structure)?;
     let begin = words.iter().position(|range| *range == place)? + 1;
     let mut depth = 0_usize;

@@ -10,9 +10,6 @@ use crate::codes;
 use umbragraph_text::diagnostic::{AxisValues, Code, Diagnostic, Place};
 use umbragraph_text::source::{self, FileId};
 
-/// The message for 16-bit floats, with or without `enable f16;`.
-pub(crate) const NO_F16: &str = "f16 is part of no target profile: devices need not have it";
-
 /// The reason to reject generated WGSL, with places in the generated code.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Rejection {
@@ -84,9 +81,11 @@ impl Rejection {
     /// Creates the diagnostic at the place in the template that `map` gives. `text` is the generated WGSL; `template`
     /// is the file to use if the range cannot be mapped.
     pub(crate) fn to_diagnostic(&self, text: &str, map: &TextMap, template: FileId) -> Diagnostic {
-        let narrowed = self.member.as_ref().zip(self.range.as_ref()).and_then(|(name, range)| {
-            declaration(text.get(..range.end)?, range.start, name)
-        });
+        let narrowed = self
+            .member
+            .as_ref()
+            .zip(self.range.as_ref())
+            .and_then(|(name, range)| declaration(text.get(..range.end)?, range.start, name));
         let span = narrowed.or_else(|| self.range.clone()).and_then(|range| map.span(range));
         let span = span.unwrap_or(source::Span::new(template, 0..0));
         let make = if self.warning { Diagnostic::warning } else { Diagnostic::error };

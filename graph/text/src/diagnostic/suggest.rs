@@ -54,10 +54,7 @@ impl Diagnostic {
             Some(closest) => self.propose(name, &closest, written, taken(closest.name)),
             None => self.help(match begun(name, &known) {
                 Some(suggested) => format!("is \"{suggested}\" meant?"),
-                None => match shortened(name, &known) {
-                    Some(suggested) => format!("{DID_YOU_MEAN} \"{suggested}\"?"),
-                    None => otherwise(&known),
-                },
+                None => otherwise(&known),
             }),
         }
     }
@@ -86,17 +83,6 @@ pub(crate) fn begun<'a>(name: &str, known: &[&'a str]) -> Option<&'a str> {
         return None;
     }
     let mut longer = known.iter().filter(|known| known.starts_with(name));
-    longer.next().copied().filter(|_| longer.next().is_none())
-}
-
-/// Returns the only known name that a short name leaves letters out of, such as `level` for `lvl`.
-fn shortened<'a>(name: &str, known: &[&'a str]) -> Option<&'a str> {
-    let is_it = |one: &&&str| {
-        let mut letters = one.chars();
-        one.len() <= 2 * name.len() && one.chars().next() == name.chars().next()
-            && name.chars().all(|each| letters.any(|letter| letter == each))
-    };
-    let mut longer = known.iter().filter(is_it).filter(|_| name.len() >= 3);
     longer.next().copied().filter(|_| longer.next().is_none())
 }
 
@@ -136,7 +122,10 @@ impl<'a> Closest<'a> {
         let is_part = |one: &&&str| {
             one.len() >= MIN_BEGUN && lower.strip_suffix(**one).is_some_and(|before| before.ends_with('_'))
         };
-        let part = candidates.iter().find(is_part).filter(|_| close.first().is_none_or(|(distance, _)| *distance > 2));
+        let part = candidates
+            .iter()
+            .find(is_part)
+            .filter(|_| close.first().is_none_or(|(distance, _)| *distance > 2));
         if let Some(name) = part {
             return Some(Self { name, is_certain: false });
         }

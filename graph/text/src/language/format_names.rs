@@ -48,7 +48,8 @@ pub fn unknown_format(name: &str, place: Span, pointer: String) -> Diagnostic {
     let wide = name.strip_prefix("rgb").filter(|rest| rest.starts_with(|each: char| each.is_ascii_digit()));
     let wide = wide.map(|rest| format!("rgba{rest}"));
     let known: Vec<&str> = KNOWN_FORMATS.iter().map(String::as_str).collect();
-    let four = wide.and_then(|wide| known.iter().copied().find(|known| *known == wide).or_else(|| begun(&wide, &known)));
+    let four = wide
+        .and_then(|wide| known.iter().copied().find(|known| *known == wide).or_else(|| begun(&wide, &known)));
     if let Some(four) = four {
         let help = format!("WebGPU has no format of three channels: use \"{four}\"");
         return diagnostic.pointer(pointer).help(help).fix(place, format!("\"{four}\""));

@@ -131,16 +131,7 @@ pub(super) fn never_written(
             "let a pass write it, or make it \"lifetime\": \"imported\" if the host fills it".to_owned()
         }
     };
-    let diagnostic = reader.one.error(codes::NEVER_WRITTEN, message).related(known.place, "declared here").help(help);
-    // Of a pass that is off only the text is known.
-    let reference = format!("\"&{}\"", known.name);
-    let off = pipeline.absent.iter().find(|(_, text)| pipeline.sources.text(*text).contains(&reference));
-    match off {
-        Some((place, _)) => diagnostic
-            .related(*place, format!("this pass names \"{}\", but its \"when\" does not hold", known.name))
-            .help("give the passes that read it the same \"when\", or let a pass write it otherwise"),
-        None => diagnostic,
-    }
+    reader.one.error(codes::NEVER_WRITTEN, message).related(known.place, "declared here").help(help)
 }
 
 pub(super) fn unordered_writers(

@@ -4,10 +4,11 @@ use std::rc::Rc;
 
 use crate::pipeline::builder::PassBuilder;
 use crate::pipeline::names::expression_diagnostic::expression_diagnostic;
+use crate::pipeline::settings::derived::NO_TOGGLES;
 use crate::pipeline::settings::{Evaluate, LiveSetting, Structural, names};
 use crate::work::{Deferred, Live, LiveValue};
 use umbragraph_text::diagnostic::{Code, Diagnostic, codes};
-use umbragraph_text::expression::{Expression, ExpressionError, ExpressionKind, Value};
+use umbragraph_text::expression::{Expression, ExpressionError, ExpressionKind, UnknownName, Value};
 use umbragraph_text::language::Expr;
 
 impl Evaluate for PassBuilder<'_> {
@@ -185,10 +186,16 @@ impl PassBuilder<'_> {
         self.environment
             .widen(&mut error, self.shared.resources.iter().map(|resource| resource.name.as_str()));
         let value = self.settings.nearest(pointer);
-        let Some(diagnostic) = expression_diagnostic(&error, value, &self.absolute(pointer)) else {
+        let Some(mut diagnostic) = expression_diagnostic(&error, value, &self.absolute(pointer)) else {
             self.shared.withheld += 1;
             return;
         };
+        let is_toggle =
+            |unknown: &UnknownName| !unknown.is_complete && self.shared.toggles.contains(&unknown.name);
+        if error.unknown.as_deref().is_some_and(is_toggle) {
+            diagnostic.fix = None;
+            diagnostic = diagnostic.help(NO_TOGGLES);
+        }
         self.shared.diagnostics.push(diagnostic);
     }
 }

@@ -8,13 +8,13 @@
 use crate::draw::{MATERIAL_GROUP, OBJECT_GROUP};
 use crate::pipeline::builder::PassBuilder;
 use crate::pipeline::program::{Program, ProgramBinding, ProgramVariant};
+use crate::pipeline::settings::evaluate::Evaluate;
 use umbragraph_shaders::{Member, TypeLayout, VertexInput};
-use umbragraph_text::diagnostic::{Diagnostic, codes, suggested_name};
+use umbragraph_text::diagnostic::{codes, suggested_name};
 use umbragraph_text::language::{GeometryDeclaration, HostBinding};
-use umbragraph_text::source::Span;
 
 /// A message about a mismatch, and the help text for it.
-type Misfit = (String, String, Option<Span>);
+type Misfit = (String, String);
 
 /// Checks a program against a geometry contract and reports what does not fit. Returns `true` if all fits.
 pub(crate) fn check(pass: &mut PassBuilder<'_>, geometry: &str, program: &Program, pointer: &str) -> bool {
@@ -22,13 +22,8 @@ pub(crate) fn check(pass: &mut PassBuilder<'_>, geometry: &str, program: &Progra
     let mut misfits = vertex_misfits(geometry, contract, program);
     misfits.extend(binding_misfits(geometry, contract, program));
     let fine = misfits.is_empty();
-    let at = format!("{pointer}/shader");
-    for (message, help, declared) in misfits {
-        let diagnostic = Diagnostic::error(codes::HOST_CONTRACT, pass.place(&at), message)
-            .pointer(pass.absolute(&at))
-            .labelled(declared, "declared here")
-            .help(help);
-        pass.shared.diagnostics.push(diagnostic);
+    for (message, help) in misfits {
+        pass.report(codes::HOST_CONTRACT, &format!("{pointer}/shader"), message, help);
     }
     fine
 }
@@ -42,7 +37,7 @@ fn vertex_misfits(geometry: &str, contract: &GeometryDeclaration, program: &Prog
             let message = format!(
                 "{template} reads the vertex input \"{name}\", which \"{geometry}\" does not provide"
             );
-            misfits.push((message, suggestion(name, contract.vertex.keys(), "vertex"), None));
+            misfits.push((message, suggestion(name, contract.vertex.keys(), "vertex")));
             continue;
         };
         let (message, help) = match parse_format(format) {
@@ -58,7 +53,7 @@ fn vertex_misfits(geometry: &str, contract: &GeometryDeclaration, program: &Prog
                 (message, "the formats are those of WebGPU, such as float32x3, unorm8x4, uint16x4")
             }
         };
-        misfits.push((message, help.to_owned(), None));
+        misfits.push((message, help.to_owned()));
     }
     misfits
 }
@@ -79,14 +74,11 @@ fn binding_misfits(geometry: &str, contract: &GeometryDeclaration, program: &Pro
                 let message = format!(
                     "{template} binds \"{name}\" in group {group}, which \"{geometry}\" does not provide"
                 );
-                let help = match suggestion(name, provided.keys(), section) {
-                    help if help.starts_with("did") => help,
-                    _ => format!(
-                        "group {group} is the host's: bind your own in group 1, from @binding(20) on; what the host has is \
-                         declared under \"{section}\" of the geometry"
-                    ),
-                };
-                misfits.push((message, help, program.plain().variable(name)));
+                let help = suggestion(name, provided.keys(), section);
+                misfits.push((
+                    message,
+                    format!("{help}; bindings of your own are in group 1, from @binding(20) on"),
+                ));
             }
             (Some(HostBinding::Opaque(own)), None, _) if own == type_name => {}
             (_, _, Some((members, wanted))) => {
@@ -99,14 +91,14 @@ fn binding_misfits(geometry: &str, contract: &GeometryDeclaration, program: &Pro
                                 "{template} reads \"{name}.{member}\" as {wanted}, \"{geometry}\" provides {own}"
                             );
                             let help = "change the template's type, or what the host provides";
-                            Some((message, help.to_owned(), None))
+                            Some((message, help.to_owned()))
                         }
                         None => {
                             let message = format!(
                                 "{template} reads \"{name}.{member}\", which \"{geometry}\" does not provide"
                             );
                             let section = format!("{section}.{name}");
-                            Some((message, suggestion(member, members.keys(), &section), None))
+                            Some((message, suggestion(member, members.keys(), &section)))
                         }
                     });
                 }
@@ -116,7 +108,7 @@ fn binding_misfits(geometry: &str, contract: &GeometryDeclaration, program: &Pro
                     "{template} declares \"{name}\" as {type_name}, \"{geometry}\" provides something else"
                 );
                 let help = "write textures and samplers as their WGSL type, blocks as an object of members, arrays as a list with one";
-                misfits.push((message, help.to_owned(), program.plain().variable(name)));
+                misfits.push((message, help.to_owned()));
             }
         }
     }

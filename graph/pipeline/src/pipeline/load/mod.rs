@@ -46,7 +46,7 @@ use crate::work::ResourceHandle;
 use umbragraph_shaders::ShaderCache;
 use umbragraph_text::diagnostic::{Diagnostics, MAX_DIAGNOSTICS};
 use umbragraph_text::document::{self, Document};
-use umbragraph_text::source::{Sources, Span};
+use umbragraph_text::source::Sources;
 
 /// The options for loading a document.
 #[derive(Clone, Copy, Debug)]
@@ -81,18 +81,6 @@ pub fn load(
     sources: &Sources,
     diagnostics: &mut Diagnostics,
 ) -> Option<TypedPipeline> {
-    let mut own = Diagnostics::new();
-    let pipeline = loaded(document, options, sources, &mut own);
-    diagnostics.extend(own.into_iter().map(|one| toggles::explained(document, one)));
-    pipeline
-}
-
-fn loaded(
-    document: &Document,
-    options: &LoadOptions<'_>,
-    sources: &Sources,
-    diagnostics: &mut Diagnostics,
-) -> Option<TypedPipeline> {
     let LoadOptions { registry, shaders, overrides, schema, is_surveyed } = *options;
     let profile = shaders.profile();
     let schema_diagnostics = schema.cloned().unwrap_or_else(|| check_schema(document, registry));
@@ -113,7 +101,9 @@ fn loaded(
     let constraints = constraints::check(document, &sound, &settings, diagnostics);
     let toggles = toggles::toggles(document, &sound.toggles, diagnostics);
     let programs = Programs::new(shaders, is_surveyed.then(Survey::default));
-    let mut shared = Shared::new(settings.scope(), settings.dependence(), sound.geometry, programs, sources);
+    let names = toggles.iter().map(|toggle| toggle.name.clone()).collect();
+    let mut shared =
+        Shared::new(settings.scope(), settings.dependence(), names, sound.geometry, programs, sources);
     let stated = registry.hosts().iter().filter_map(|(geometry, interface)| match &interface.filters {
         HostFilters::Words(words) => Some((geometry.clone(), words.clone())),
         HostFilters::Any | HostFilters::Unstated => None,
@@ -122,7 +112,7 @@ fn loaded(
     let connected = declare(document, registry, &broken, &toggles, &mut shared)
         .map(|passes| Connected::new(document, passes, &toggles, &mut shared));
     diagnostics.extend(shared.diagnostics);
-    let Connected { passes, uncertain, passthroughs, gaps, absent } = connected?;
+    let Connected { passes, uncertain, passthroughs, gaps } = connected?;
     diagnostics.extend(shared.argument_errors);
     let mut parameters = settings.parameters;
     for (name, structural) in shared.dependence.structural {
@@ -151,7 +141,6 @@ fn loaded(
         uncertain,
         broken_settings: settings.broken,
         gaps,
-        absent,
         sources: sources.clone(),
     };
     for (geometry, interface) in &pipeline.hosts {
@@ -167,7 +156,6 @@ struct Connected {
     uncertain: BTreeSet<ResourceHandle>,
     passthroughs: BTreeMap<ResourceHandle, Passthrough>,
     gaps: Vec<String>,
-    absent: Vec<(Span, Span)>,
 }
 
 impl Connected {
@@ -183,8 +171,6 @@ impl Connected {
         name_last_writers(&mut list, &mut passthroughs, shared);
         check_versions(&list, &absent, &gaps, &mut uncertain, shared);
         let gaps = gaps.into_iter().map(|(name, _)| name).collect();
-        let off = instances.iter().filter(|instance| absent.contains(&instance.name));
-        let absent = off.map(|instance| (instance.entry.key_span, instance.entry.value.span)).collect();
-        Self { passes: list, uncertain, passthroughs, gaps, absent }
+        Self { passes: list, uncertain, passthroughs, gaps }
     }
 }

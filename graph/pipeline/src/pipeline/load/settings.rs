@@ -51,7 +51,12 @@ impl Settings {
             .filter(|name| !parameters.contains_key(name) && !features.contains_key(name))
             .collect();
         let around = StaticScope::new(&parameters, &features).with_broken(broken.clone());
-        let taken = [("parameters", "parameter"), ("features", "feature"), ("resources", "resource")];
+        let taken = [
+            ("parameters", "parameter"),
+            ("features", "feature"),
+            ("resources", "resource"),
+            ("toggles", "toggle"),
+        ];
         let taken = taken.into_iter().flat_map(|(name, what)| {
             section(document, name).iter().map(move |entry| (entry.key.as_str(), (entry.key_span, what)))
         });

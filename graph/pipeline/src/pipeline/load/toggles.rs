@@ -10,18 +10,6 @@ use umbragraph_text::document::{Document, Entry, Value, pointer_join};
 use umbragraph_text::expression::parse;
 use umbragraph_text::language::ToggleDeclaration;
 
-/// Gives a diagnostic about a name that an expression cannot see the way out, if a toggle has the name.
-pub(super) fn explained(document: &Document, diagnostic: Diagnostic) -> Diagnostic {
-    let name = diagnostic.message.strip_prefix("there is no \"").and_then(|rest| rest.strip_suffix('"'));
-    let toggles = document.root.entries_of("toggles");
-    if diagnostic.code != codes::EXPRESSION_NAME || !toggles.iter().any(|toggle| Some(&*toggle.key) == name) {
-        return diagnostic;
-    }
-    let help = "expressions cannot see toggles, which change from frame to frame: give the pass \"toggle\", or make it a \
-                feature";
-    Diagnostic { fix: None, ..diagnostic }.help(help)
-}
-
 /// Returns the valid toggles of a document, sorted by name. Reports invalid names, names that a feature or parameter
 /// has, and toggles that no pass uses.
 pub(super) fn toggles(

@@ -33,6 +33,8 @@ pub(crate) struct Shared {
     pub(crate) dependence: Dependence,
     /// The values of arguments and derived values of subgraphs that depend on parameters, by internal names.
     pub(crate) given: BTreeMap<String, Value>,
+    /// The names of the toggles, which expressions cannot use.
+    pub(crate) toggles: Vec<String>,
     pub(crate) resources: Vec<Resource>,
     pub(crate) resource_index: HashMap<String, ResourceHandle>,
     pub(crate) geometry: BTreeMap<String, GeometryDeclaration>,
@@ -56,6 +58,7 @@ impl Shared {
     pub(crate) fn new(
         scope: StaticScope,
         dependence: Dependence,
+        toggles: Vec<String>,
         geometry: BTreeMap<String, GeometryDeclaration>,
         programs: Programs,
         sources: &Sources,
@@ -64,6 +67,7 @@ impl Shared {
             scope,
             dependence,
             given: BTreeMap::new(),
+            toggles,
             resources: Vec::new(),
             resource_index: HashMap::new(),
             geometry,

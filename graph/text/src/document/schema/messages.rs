@@ -2,7 +2,6 @@
 
 use super::{Entry, Value};
 use crate::diagnostic::{DID_YOU_MEAN, Diagnostic, codes, list_of};
-use crate::source::Span;
 
 /// Keys here, each with the keys of WebGPU, Vulkan and other engines that mean the same, as [`plain`] writes them.
 const FOREIGN_KEYS: &str = "\
@@ -67,17 +66,6 @@ pub(super) fn joined(entries: &[&Entry]) -> Option<u64> {
     number(first)?.checked_mul(number(second)?).filter(|_| first.key != "width")
 }
 
-/// The span to delete with a member of an object, so that the commas of the others stay right.
-pub(super) fn whole_member(entries: &[Entry], entry: &Entry) -> Span {
-    let at = entries.iter().position(|other| other.key_span == entry.key_span).unwrap_or_default();
-    let before = at.checked_sub(1).and_then(|before| entries.get(before));
-    match (entries.get(at + 1), before) {
-        (Some(next), _) => Span { end: next.key_span.start, ..entry.key_span },
-        (None, Some(before)) => Span { start: before.value.span.end, ..entry.value.span },
-        (None, None) => Span { end: entry.value.span.end, ..entry.key_span },
-    }
-}
-
 /// Creates the diagnostic for a key that is not one of `known`; `beside` lists all members of the object that contains
 /// the key.
 pub fn unknown_key(entry: &Entry, known: &[&str], beside: &[Entry]) -> Diagnostic {
@@ -100,15 +88,6 @@ pub fn unknown_key(entry: &Entry, known: &[&str], beside: &[Entry]) -> Diagnosti
         [] => "no keys are known here".to_owned(),
         known => format!("the keys known here are {}", list_of(known)),
     })
-}
-
-/// Adds the help and the fix that put ones at the end of a list, such as a count of workgroups.
-pub(super) fn of_ones(diagnostic: Diagnostic, value: &Value, missing: u64) -> Diagnostic {
-    let ones = ", 1".repeat(usize::try_from(missing).unwrap_or(0).min(3));
-    let text = value.to_json().to_string().replace(',', ", ");
-    let end = value.span.range().len();
-    let diagnostic = diagnostic.help(format!("write {}{ones}]", text.trim_end_matches(']')));
-    diagnostic.fix(value.span.inside(end - 1..end - 1), ones)
 }
 
 /// Creates the diagnostic for a value of another type than `wanted`.

@@ -25,7 +25,7 @@ use serde_json::Value as Json;
 
 use super::{Entry, Kind, Pointer, Signs, Value, Written};
 use crate::diagnostic::{Diagnostic, Diagnostics, MAX_DIAGNOSTICS, codes, list_of, suggested_name};
-use messages::{KNOWN_ARE, joined, of_ones, same_key, whole_member, with_wrapper, wrong_type};
+use messages::{KNOWN_ARE, joined, same_key, with_wrapper, wrong_type};
 use rules::{Additional, Alternatives, Branch, Node, Required, Rules};
 
 impl Schema {
@@ -218,20 +218,16 @@ impl<'a> Checker<'a, '_> {
         let names = || list_of(twins.iter().map(|twin| format!("\"{}\"", twin.key)));
         match meant {
             Some(Meant::Key(key)) if diagnostic.has_suggestion() => {
-                let fits = |twin: &&&Entry| {
-                    rules.property(key).is_some_and(|node| self.fits(&twin.value, node, pointer))
-                };
                 if let Some(value) = joined(&twins) {
-                    diagnostic = diagnostic.help(format!("\"{key}\" stands for {}: \"{key}\": {value}", names()));
+                    diagnostic =
+                        diagnostic.help(format!("\"{key}\" stands for {}: \"{key}\": {value}", names()));
                 } else if twins.len() > 1 {
                     diagnostic = diagnostic.help(format!("\"{key}\" stands for {}", names()));
                 }
-                let mut fitting = twins.iter().filter(fits);
-                if let (Some(one), None, false) = (fitting.next(), fitting.next(), is_there(key)) {
+                if let ([one], false) = (&twins[..], is_there(key))
+                    && rules.property(key).is_some_and(|node| self.fits(&one.value, node, pointer))
+                {
                     diagnostic = diagnostic.fix(one.key_span, format!("\"{key}\""));
-                    for twin in twins.iter().filter(|twin| twin.key_span != one.key_span) {
-                        diagnostic = diagnostic.fix(whole_member(entries, twin), "");
-                    }
                 }
             }
             Some(Meant::Within(key)) if is_there(key) => {
@@ -239,7 +235,8 @@ impl<'a> Checker<'a, '_> {
             }
             Some(Meant::Within(key)) => {
                 diagnostic = diagnostic.help(format!("{} stands within \"{key}\": {{ … }}", names()));
-                if let ([first, .., last] | [first @ last], true) = (&twins[..], twins.len() == entries.len()) {
+                if let ([first, .., last] | [first @ last], true) = (&twins[..], twins.len() == entries.len())
+                {
                     let end = last.value.span.range().len();
                     diagnostic = diagnostic
                         .fix(first.key_span.inside(0..0), format!("\"{key}\": {{ "))
@@ -355,9 +352,11 @@ impl<'a> Checker<'a, '_> {
         if let Some(limit) = broken {
             let message = format!("this list has {length} elements: {limit} are wanted");
             let diagnostic = Diagnostic::error(codes::OUT_OF_BOUNDS, value.span, message);
-            let missing = rules.min_items.unwrap_or(0).saturating_sub(length as u64);
-            let is_count = pointer.to_string().ends_with("/workgroups");
-            self.push(if is_count && length > 0 { of_ones(diagnostic, value, missing) } else { diagnostic }, pointer);
+            let ones = ", 1".repeat(3_usize.saturating_sub(length));
+            let written = value.to_json().to_string().replace(',', ", ");
+            let is_count = pointer.to_string().ends_with("/workgroups") && (1..3).contains(&length);
+            let help = is_count.then(|| format!("write {}{ones}]", written.trim_end_matches(']')));
+            self.push(Diagnostic { help, ..diagnostic }, pointer);
         }
     }
 
