@@ -4,7 +4,7 @@ mod again;
 mod causes;
 mod report;
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -22,7 +22,7 @@ use umbragraph::low_level::camera_path::{CameraArgument, CameraPath};
 use umbragraph::low_level::compiler::PlanOptions;
 #[cfg(feature = "gpu")]
 use umbragraph::low_level::compose::Roots;
-use umbragraph::low_level::compose::{normalize, unreadable};
+use umbragraph::low_level::compose::unreadable;
 use umbragraph::low_level::document::Document;
 use umbragraph::low_level::pipeline::{self, FileKind, Overrides};
 #[cfg(feature = "gpu")]
