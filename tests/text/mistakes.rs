@@ -130,8 +130,6 @@ const MISTAKES: &[Mistake] = &[
     Mistake("01-smallest", "\"format\": \"rgba8unorm\"", "\"format\": \"rgb8unorm\"", "UG0322", "rgb8unorm", "rgba8unorm"),
     Mistake("01-smallest", "\"size\": \"=viewport\"", "\"size\": [8, 8, 8]", "UG0321", "[8, 8, 8]", "view_dimension"),
     Mistake("18-mesh", "\"format\": \"float32x2\" }, {", "\"format\": \"vec2<f32>\" }, {", "UG0607", "vec2<f32>", "write \\\"float32x2\\\""),
-    // Names by meaning
-    Mistake("08-subgraph", "\"brighter\": { \"use\": \"glow\", \"with\": { \"image\": \"&softer\"", "\"brighter\": { \"use\": \"glow\", \"with\": { \"image\": \"&small\"", "UG0301", "small", "&soft.small"),
     // One cause, one diagnostic
     Mistake("14-history", "\"lifetime\": \"history\", ", "", "UG0431", "[0, 0, 0, 1]", "history"),
     Mistake("08-subgraph", "\"brighter\": { \"use\"", "\"brighter\": { \"fullscreen\": {}, \"use\"", "UG0102", "use", "make it two"),

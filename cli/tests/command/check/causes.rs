@@ -33,7 +33,7 @@ const PIPELINE: &str = r#"{
   }
 }"#;
 
-/// What `check` says of the pipeline with replacements in its files.
+/// The output of `check` for the pipeline with replacements in its files.
 fn said(name: &str, edits: &[(&str, &str)], with_templates: bool) -> String {
     let folder = ScratchFolder::new(name);
     std::fs::create_dir(folder.join("shaders")).unwrap();
