@@ -22,7 +22,7 @@ use umbragraph::low_level::camera_path::{CameraArgument, CameraPath};
 use umbragraph::low_level::compiler::PlanOptions;
 #[cfg(feature = "gpu")]
 use umbragraph::low_level::compose::Roots;
-use umbragraph::low_level::compose::unreadable;
+use umbragraph::low_level::compose::{normalize, unreadable};
 use umbragraph::low_level::document::Document;
 use umbragraph::low_level::pipeline::{self, FileKind, Overrides};
 #[cfg(feature = "gpu")]
@@ -58,6 +58,8 @@ pub(crate) struct Session {
     pub(crate) included: Option<String>,
     /// The span of each `null` that deletes a value of an extended file, by the JSON pointer of the value.
     deleted: BTreeMap<String, Span>,
+    /// The paths of the files of pipelines of which a part could not be read.
+    cut: HashSet<PathBuf>,
 }
 
 /// A pipeline with the parameter values and the target profiles for its check.
@@ -102,6 +104,7 @@ impl Session {
             roots: roots.clone(),
             included: None,
             deleted: BTreeMap::new(),
+            cut: HashSet::new(),
         }
     }
 
@@ -252,6 +255,9 @@ impl Session {
         let found = self.session.diagnose(target).ok()?;
         let deleted = loaded.composed().map(|composed| composed.deleted.clone()).unwrap_or_default();
         self.deleted.extend(deleted);
+        if found.has_errors() {
+            self.cut.extend(loaded.paths().map(normalize));
+        }
         self.diagnostics.extend(found);
         Some(loaded)
     }

@@ -39,7 +39,6 @@ mod exposed;
 mod files;
 mod loaded;
 mod places;
-mod ranges;
 mod session;
 mod survey;
 mod templates;

@@ -14,7 +14,6 @@ use crate::graph::shader::permutations::{self, Count, Request};
 use crate::graph::source::Sources;
 use crate::graph::{CheckOptions, Coverage, Examination, Verify, check_configurations};
 use crate::loaded::Loaded;
-use crate::ranges;
 use crate::templates::{Proof, Reached};
 
 /// A function that returns, for a target profile, a further check of each plan, such as a dry run on a device.
@@ -160,9 +159,6 @@ pub(crate) fn survey(
     }
     let Some(coverage) = first else { return Ok(None) };
     found.extend(proven(loaded, &reached, survey, (done, cancel))?);
-    let mut of_ranges = Diagnostics::new();
-    ranges::check(&document.root, loaded.templates(), &mut of_ranges);
-    found.extend(of_ranges);
     let reachable = profiles
         .first()
         .filter(|_| !only_one)

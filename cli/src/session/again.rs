@@ -15,6 +15,7 @@ impl Session {
     pub(crate) fn again(&mut self, files: &Files) {
         self.diagnostics = Diagnostics::new();
         self.deleted.clear();
+        self.cut.clear();
         let own = own_templates(files, &mut self.diagnostics);
         self.session.set_templates(umbragraph::with_templates(own.into_iter().flatten()));
         self.session.refresh();

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use umbragraph::diagnostic::{Diagnostic, Diagnostics, Place, Severity, codes, list_of};
-use umbragraph::low_level::shader::codes::{AXIS_VALUE, TEMPLATE_UNKNOWN};
+use umbragraph::low_level::shader::codes::TEMPLATE_UNKNOWN;
 use umbragraph::low_level::source::Span;
 
 /// The maximum number of places of one cause that are shown.
@@ -12,8 +12,9 @@ const MAX_PLACES: usize = 8;
 /// The maximum number of entries of a folder that are looked through for a template.
 const MAX_ENTRIES: usize = 1000;
 
-/// Leaves out diagnostics that only follow from others.
-pub(super) fn first(all: Diagnostics) -> Diagnostics {
+/// Leaves out diagnostics that only follow from others. `is_cut` says whether a diagnostic is of a file of a pipeline of
+/// which a part is not read.
+pub(super) fn first(all: Diagnostics, is_cut: &dyn Fn(&Diagnostic) -> bool) -> Diagnostics {
     let is_error = |one: &Diagnostic| one.severity == Severity::Error;
     let errors: Vec<&Diagnostic> = all.iter().filter(|one| is_error(one)).collect();
     let is_of_shader = |one: &&Diagnostic| one.code.id.starts_with("UG05");
@@ -24,7 +25,7 @@ pub(super) fn first(all: Diagnostics) -> Diagnostics {
     let has_no_light = has("UG0624");
     let follows = |one: &Diagnostic| match one.code.id {
         // The part with the error may use the setting.
-        _ if one.code == codes::UNUSED_SETTING => !errors.is_empty(),
+        _ if one.code == codes::UNUSED_SETTING => is_cut(one),
         // The templates are missing because their folder is.
         _ if one.code == TEMPLATE_UNKNOWN => has_no_folder,
         // A device says of an invalid shader what the check of shaders said.
@@ -35,11 +36,6 @@ pub(super) fn first(all: Diagnostics) -> Diagnostics {
             pass_of(one).is_some_and(|pass| others.into_iter().any(|other| pass_of(other) == Some(pass)))
         }
         "UG0811" => has_no_light,
-        // The declaration that gives the value has an error that names the axis.
-        _ if one.code == AXIS_VALUE => {
-            let mut others = errors.iter().filter(|other| other.code == AXIS_VALUE);
-            others.any(|other| other.related.iter().any(|related| related.place == one.place))
-        }
         _ => false,
     };
     all.iter().filter(|one| !follows(one)).cloned().collect()

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use umbragraph::diagnostic::{Diagnostic, Severity, codes, render};
+use umbragraph::low_level::compose::normalize;
 
 use super::{Session, causes};
 use crate::annotations;
@@ -29,7 +30,11 @@ impl Session {
             let file = pipeline.span().and_then(|span| self.sources().get(span.file))?;
             causes::folder_with(Path::new(file.name()), template)
         };
-        self.diagnostics = causes::joined(causes::first(all), self.own_files.is_none(), &beside);
+        let is_cut = |one: &Diagnostic| {
+            let file = one.span().and_then(|span| self.sources().get(span.file));
+            file.is_some_and(|file| self.cut.contains(&normalize(Path::new(file.name()))))
+        };
+        self.diagnostics = causes::joined(causes::first(all, &is_cut), self.own_files.is_none(), &beside);
     }
 
     /// Returns `true` for a template that is read as if it were JSON.

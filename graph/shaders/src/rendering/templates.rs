@@ -19,12 +19,12 @@ use super::markers::MarkedTemplates;
 use super::placement::Placement;
 use crate::axes;
 use crate::axes::Space;
-use crate::axes::{Axes, AxisMode, Constraint};
+use crate::axes::{Axes, Constraint};
 use crate::codes;
 use crate::jinja::scan::{Scan, scan};
 use crate::jinja::template::Template;
 use crate::jinja::{comparisons, filters, guard, length, syntax_help, tree};
-use umbragraph_text::diagnostic::{Diagnostic, Diagnostics, Place, Severity, list_of};
+use umbragraph_text::diagnostic::{Diagnostic, Diagnostics, Place, list_of};
 use umbragraph_text::source::{FileId, Sources, Span};
 
 /// The file-name endings of shader templates and of their axis declarations.
@@ -290,27 +290,6 @@ impl TemplateSet {
             );
         }
         diagnostics.extend(self.templates.values().flat_map(|template| comparisons::lost(template)));
-        self.unread_axes(diagnostics);
-    }
-
-    /// Adds a note for each axis that an own declaration has, and that no template reads. Whether some text depends on
-    /// an axis that is read, only an exploration of all variants knows.
-    fn unread_axes(&self, diagnostics: &mut Diagnostics) {
-        let resolved = self.resolved().values().flat_map(|one| one.axes.constraints());
-        let constraining: BTreeSet<&str> = resolved.flat_map(Constraint::axes).collect();
-        let own = self.declarations.values().filter(|declared| !self.is_of_library(declared.file));
-        for axis in own.flat_map(|declared| declared.axes.iter()) {
-            let mut templates = self.templates.values();
-            let is_read = templates.any(|one| match axis.mode {
-                AxisMode::Override => one.text.contains(&axis.name),
-                AxisMode::Template => one.prepared.names.uses.iter().any(|(name, _)| *name == axis.name),
-            });
-            if !is_read && !constraining.contains(axis.name.as_str()) {
-                let message = format!("no text depends on the axis \"{}\"", axis.name);
-                let diagnostic = Diagnostic::error(codes::AXIS_DEAD, axis.span, message);
-                diagnostics.push(diagnostic.help("remove it, or use it").severity(Severity::Note));
-            }
-        }
     }
 
     /// The way out of an axis that a template does not have: the template to inherit the axis from, or a declaration.

@@ -137,10 +137,9 @@ impl PassBuilder<'_> {
             return;
         }
         let names: Vec<&str> = known.iter().map(String::as_str).collect();
-        let message =
-            format!("the host of \"{geometry}\" knows no filter \"{name}\", only {}", list_of(&names));
+        let message = format!("the host of \"{geometry}\" knows no filter \"{name}\"");
         self.report_unknown(codes::UNKNOWN_FILTER, pointer, message, name, &names, || {
-            "choose one of these".to_owned()
+            format!("it knows {}", list_of(&names))
         });
     }
 
