@@ -10,6 +10,7 @@ use crate::annotations;
 use crate::arguments::DiagnosticsFormat;
 use crate::cache::Said;
 use crate::junit::{self, Fine};
+use crate::show::SCHEME;
 use crate::streams::{complain, print, print_json};
 
 impl Session {
@@ -32,7 +33,10 @@ impl Session {
         };
         let is_cut = |one: &Diagnostic| {
             let file = one.span().and_then(|span| self.sources().get(span.file));
-            file.is_some_and(|file| self.cut.contains(&normalize(Path::new(file.name()))))
+            let is_bundled = |name: &str| !self.cut.is_empty() && name.starts_with(SCHEME);
+            file.is_some_and(|file| {
+                is_bundled(file.name()) || self.cut.contains(&normalize(Path::new(file.name())))
+            })
         };
         self.diagnostics = causes::joined(causes::first(all, &is_cut), self.own_files.is_none(), &beside);
     }
