@@ -89,7 +89,16 @@ impl Budgets {
                     let named = file.usual(&own.key);
                     if !file.exists(&own.key) {
                         let message = format!("there is no pipeline \"{}\"", own.key);
-                        let help = "name it by its path from the folder of this file";
+                        let is_it = |path: &&String| {
+                            Path::new(path.as_str()).file_stem().is_some_and(|stem| stem == own.key.as_str())
+                        };
+                        let meant = reached.keys().find(is_it).map(String::as_str);
+                        let meant =
+                            meant.or_else(|| suggested_name(&own.key, reached.keys().map(String::as_str)));
+                        let help = match meant {
+                            Some(path) => format!("did you mean \"{path}\"?"),
+                            None => "name it by its path from the folder of this file".to_owned(),
+                        };
                         found
                             .push(Diagnostic::error(codes::BUDGET_INVALID, own.key_span, message).help(help));
                     } else if named != own.key {

@@ -1,9 +1,10 @@
 //! The commands' session: what arguments ask of [`umbragraph::low_level::session`], and its diagnostics printed.
 
 mod again;
+mod causes;
 mod report;
 
-use std::collections::{BTreeSet, HashSet};
+use std::collections::{BTreeMap, BTreeSet, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -55,6 +56,8 @@ pub(crate) struct Session {
     roots: Vec<PathBuf>,
     /// The JSON text of a document that is composed into every pipeline after its extensions; `None` if there is none.
     pub(crate) included: Option<String>,
+    /// The span of each `null` that deletes a value of an extended file, by the JSON pointer of the value.
+    deleted: BTreeMap<String, Span>,
     /// The paths of the files of pipelines of which a part could not be read.
     cut: HashSet<PathBuf>,
 }
@@ -100,6 +103,7 @@ impl Session {
             #[cfg(feature = "gpu")]
             roots: roots.clone(),
             included: None,
+            deleted: BTreeMap::new(),
             cut: HashSet::new(),
         }
     }
@@ -249,7 +253,9 @@ impl Session {
     fn load(&mut self, target: &Target) -> Option<Loaded> {
         let loaded = self.session.load_exactly(target).ok()?;
         let found = self.session.diagnose(target).ok()?;
-        if found.iter().any(report::cuts) {
+        let deleted = loaded.composed().map(|composed| composed.deleted.clone()).unwrap_or_default();
+        self.deleted.extend(deleted);
+        if found.has_errors() {
             self.cut.extend(loaded.paths().map(normalize));
         }
         self.diagnostics.extend(found);

@@ -6,7 +6,9 @@ use umbragraph_pipeline::diagnostic::codes;
 use umbragraph_pipeline::language::{Expr, Ref};
 use umbragraph_pipeline::node::Node;
 use umbragraph_pipeline::pipeline::{Evaluate, IndexRange, PassBuilder, Produced};
-use umbragraph_pipeline::work::{ComputeWork, Deferred, Dispatch, Live, Subresource, Work};
+use umbragraph_pipeline::work::{
+    BoundSlot, ComputeWork, Deferred, Dispatch, Live, ResourceHandle, SlotSource, Subresource, Work,
+};
 
 use crate::shader::ShaderSettings;
 
@@ -52,6 +54,30 @@ impl IndirectSettings {
     }
 }
 
+/// Warns of a pass that writes storage textures, but runs for the texels of a texture that it does not bind. Passes that
+/// write buffers alone can run for a texture whose size is all that counts.
+fn warn_of_unbound(pass: &mut PassBuilder<'_>, over: ResourceHandle, bindings: &[BoundSlot]) {
+    let textures = || {
+        bindings.iter().filter_map(|slot| match &slot.source {
+            SlotSource::Texture(bound) => Some((slot, bound)),
+            _ => None,
+        })
+    };
+    let written = textures().find(|(_, bound)| bound.usage.writes());
+    let Some((slot, _)) = written.filter(|_| !textures().any(|(_, bound)| bound.texture.resource == over))
+    else {
+        return;
+    };
+    let message =
+        format!("\"{}\" runs for each texel of a texture that is not under its \"bind\"", pass.name());
+    let help = format!(
+        "name the texture that is written, which is bound to \"{}\"; say the number with \"workgroups\" if it is another \
+         one on purpose",
+        slot.name
+    );
+    pass.warn(codes::DISPATCH, "/dispatch_over", message, help);
+}
+
 impl Node for Compute {
     const NAME: &'static str = "compute";
     const SUMMARY: &'static str = "Dispatches a compute shader.";
@@ -63,6 +89,9 @@ impl Node for Compute {
             (Some(over), None, None) => {
                 let mip = pass.count_or(&self.mip, "/mip", 0)?;
                 let resource = pass.declared_texture(over, "/dispatch_over");
+                if let (Some(resource), Some(bindings)) = (resource, &bindings) {
+                    warn_of_unbound(pass, resource, bindings);
+                }
                 resource.map(|resource| Dispatch::Over { resource, mip })
             }
             (None, Some(counts), None) => {

@@ -14,6 +14,7 @@ impl Session {
     /// Reads all files again and clears the diagnostics.
     pub(crate) fn again(&mut self, files: &Files) {
         self.diagnostics = Diagnostics::new();
+        self.deleted.clear();
         self.cut.clear();
         let own = own_templates(files, &mut self.diagnostics);
         self.session.set_templates(umbragraph::with_templates(own.into_iter().flatten()));

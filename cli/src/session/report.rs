@@ -4,36 +4,21 @@ use std::path::Path;
 
 use umbragraph::diagnostic::{Diagnostic, Severity, codes, render};
 use umbragraph::low_level::compose::normalize;
-use umbragraph::low_level::shader::codes::TEMPLATE_UNKNOWN;
 
-use super::Session;
+use super::{Session, causes};
 use crate::annotations;
 use crate::arguments::DiagnosticsFormat;
 use crate::cache::Said;
 use crate::junit::{self, Fine};
+use crate::show::SCHEME;
 use crate::streams::{complain, print, print_json};
 
-/// Returns `true` for an error that leaves a part out of a pipeline.
-pub(super) fn cuts(diagnostic: &Diagnostic) -> bool {
-    [codes::DUPLICATE_KEY, codes::UNKNOWN_SHARED_SETTINGS, codes::FILE_UNREADABLE].contains(&diagnostic.code)
-}
-
 impl Session {
-    /// Sorts the diagnostics for display and merges duplicates. Leaves out what only follows from a part, file or
-    /// folder that is not read.
+    /// Sorts the diagnostics for display and merges duplicates. Leaves out what only follows from others, and joins those
+    /// with one cause.
     pub(crate) fn arrange(&mut self) {
-        let all = std::mem::take(&mut self.diagnostics);
-        // Templates are missing because their folder is; the missing part of a pipeline may use a setting.
-        let is_folder =
-            all.iter().any(|one| one.code == codes::FILE_UNREADABLE && one.message.starts_with("the folder"));
-        let is_cut = |one: &Diagnostic| {
-            let file = one.span().and_then(|span| self.sources().get(span.file));
-            file.is_some_and(|file| self.cut.contains(&normalize(Path::new(file.name()))))
-        };
-        let follows = |one: &Diagnostic| {
-            is_folder && one.code == TEMPLATE_UNKNOWN || one.code == codes::UNUSED_SETTING && is_cut(one)
-        };
-        let all = all.into_iter().filter(|one| !follows(one));
+        let all = std::mem::take(&mut self.diagnostics).into_iter();
+        let all = all.map(|one| causes::of_deleted(one, &self.deleted));
         let all = all.map(|one| match self.is_template(&one) {
             true => one.help("this is a template: check a pipeline that uses it, with --templates FOLDER"),
             false => one,
@@ -41,6 +26,19 @@ impl Session {
         self.diagnostics = all.collect();
         self.diagnostics.sort();
         self.diagnostics.merge();
+        let all = std::mem::take(&mut self.diagnostics);
+        let beside = |template: &str, pipeline: &Diagnostic| {
+            let file = pipeline.span().and_then(|span| self.sources().get(span.file))?;
+            causes::folder_with(Path::new(file.name()), template)
+        };
+        let is_cut = |one: &Diagnostic| {
+            let file = one.span().and_then(|span| self.sources().get(span.file));
+            let is_bundled = |name: &str| !self.cut.is_empty() && name.starts_with(SCHEME);
+            file.is_some_and(|file| {
+                is_bundled(file.name()) || self.cut.contains(&normalize(Path::new(file.name())))
+            })
+        };
+        self.diagnostics = causes::joined(causes::first(all, &is_cut), self.own_files.is_none(), &beside);
     }
 
     /// Returns `true` for a template that is read as if it were JSON.

@@ -9,7 +9,7 @@ umbragraph_text::codes! {
         "The template is not well-formed minijinja: a tag is not closed, a block has no end, an expression is incomplete.\n\nTags are `{% if sscs %}`, `{{ taps }}` and `{# a comment #}`; a block tag alone on its line leaves no line behind.";
     /// A template reads a name that is neither an axis nor defined in the template.
     UNDECLARED_NAME = "UG0502", "undeclared name in a template",
-        "A template reads a name that is neither one of its axes nor bound in the template by `set`, `for`, `macro` or `import`.\n\nA template sees its declared axes and nothing else, so a misspelt name is always found, also where a test or a default would have hidden it. Declare the axis in the file `NAME.axes.json` beside the template; where an included template reads it, add that template to `inherits`.";
+        "A template reads a name that is neither one of its axes nor bound in the template by `set`, `for`, `macro` or `import`.\n\nA template sees its declared axes and nothing else, so a misspelt name is always found, also where a test or a default would have hidden it. Declare the axis in the file `NAME.axes.json` beside the template; where an included template reads it, add that template to `inherits`. A template that extends another, and has no such file, has the axes of that one.";
     /// A template includes, imports or extends a template that does not exist.
     INCLUDE_MISSING = "UG0503", "included template is missing",
         "A template includes, imports or extends another one that does not exist. Names are those of the template set (`lib/noise.wgsl.jinja`), never relative to the including file.";
@@ -25,6 +25,9 @@ umbragraph_text::codes! {
     /// Two templates, or two files of axes, have the same name.
     TEMPLATE_TWICE = "UG0507", "template given twice",
         "Two templates, or two declarations of axes, have the same name. The second is ignored.";
+    /// A `set` within a loop is lost at the end of its round.
+    SET_LOST = "UG0508", "assignment in a loop is lost",
+        "A `{% set %}` within `{% for %}` makes a variable of the round: behind the loop the variable has the value that it had before. Text behind the loop that reads it means the other value, probably.\n\n`namespace` keeps a value over rounds:\n\n```jinja\n{% set sum = namespace(value=0) %}\n{% for i in range(taps) %}{% set sum.value = sum.value + i %}{% endfor %}\n{{ sum.value }}\n```";
     /// The declaration of an axis is invalid.
     AXIS_DECLARATION = "UG0510", "axis declaration",
         "A declaration in `NAME.axes.json` is inconsistent: an empty range or enumeration, a default that is none of the axis's values, a condition on an axis that does not exist, or a combination of keys that means nothing.\n\n```json\n{ \"axes\": {\n    \"sscs\":   { \"type\": \"bool\", \"default\": false, \"requires\": [\"depth_prepass\"] },\n    \"filter\": { \"type\": \"enum\", \"values\": [\"hard\", \"pcf\"], \"default\": \"pcf\" },\n    \"taps\":   { \"type\": \"integer\", \"min\": 1, \"max\": 64, \"default\": 16 } } }\n```";

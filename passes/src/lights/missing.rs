@@ -38,6 +38,9 @@ pub(crate) fn named_light(name: &str, lights: &[Light]) -> Diagnostic {
     let diagnostic = Diagnostic::warning(codes::NO_CASTING_LIGHT, Place::Nowhere, message);
     diagnostic.suggest(name, names, None, |names| match names {
         [] => "the frame has no directional lights".to_owned(),
+        [only] => {
+            format!("did you mean \"{only}\", the only one? Name it under \"light\", or leave \"light\" out")
+        }
         names => format!("it has {}: name one under \"light\"", list_of(&names[..names.len().min(5)])),
     })
 }

@@ -104,21 +104,36 @@ fn parse(json: &[u8], report: &mut Report) -> Option<Root> {
     match found {
         Ok(root) => Some(root),
         Err((pointer, error)) => {
-            let help = match error.classify() {
-                _ if json.iter().all(u8::is_ascii_whitespace) => "the file is empty",
-                serde_json::error::Category::Data => "see the glTF 2.0 specification for this property",
-                _ => "the file is neither JSON nor a binary glTF; export it again",
+            let begins = json.iter().find(|byte| !byte.is_ascii_whitespace());
+            let (message, help) = match error.classify() {
+                _ if begins.is_none() => {
+                    (format!("the document cannot be parsed: {error}"), "the file is empty")
+                }
+                _ if begins != Some(&b'{') => (
+                    "the file is no glTF: it is neither JSON nor a binary glTF".to_owned(),
+                    "scenes are .gltf or .glb: convert the file (in Blender: File, Export, glTF 2.0)",
+                ),
+                serde_json::error::Category::Data
+                    if error.to_string().starts_with("missing field `asset`") =>
+                {
+                    (
+                        "the file is no glTF: it is JSON without \"asset\"".to_owned(),
+                        "give a .gltf or .glb; values of parameters are given with --params",
+                    )
+                }
+                serde_json::error::Category::Data => (
+                    format!("the document cannot be parsed: {error}"),
+                    "see the glTF 2.0 specification for this property",
+                ),
+                _ => {
+                    (format!("the document cannot be parsed: {error}"), "the JSON is broken; export it again")
+                }
             };
             let locator = match error.classify() {
                 serde_json::error::Category::Data if !pointer.is_empty() => pointer,
                 _ => format!("line {}, column {}", error.line(), error.column()),
             };
-            report.reject(
-                codes::BROKEN_JSON,
-                &locator,
-                format!("the document cannot be parsed: {error}"),
-                help,
-            )
+            report.reject(codes::BROKEN_JSON, &locator, message, help)
         }
     }
 }

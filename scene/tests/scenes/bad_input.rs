@@ -81,8 +81,12 @@ fn broken_json_has_a_line_and_a_wrong_type_a_pointer() {
     assert_eq!(
         of_bytes(b"{\n  \"asset\": nothing }"),
         ["UG0702 line 2, column 13: the document cannot be parsed: expected ident at line 2 column 13 \
-          (the file is neither JSON nor a binary glTF; export it again)"]
+          (the JSON is broken; export it again)"]
     );
+    let obj = &of_bytes(b"v 0 0 0\nv 1 0 0\n")[0];
+    assert!(obj.contains("the file is no glTF") && obj.contains("convert the file"), "{obj}");
+    let parameters = &of_bytes(br#"{ "format": 1 }"#)[0];
+    assert!(parameters.contains("JSON without \"asset\"") && parameters.contains("--params"), "{parameters}");
     assert_eq!(
         of_bytes(b""),
         [

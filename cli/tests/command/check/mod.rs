@@ -1,5 +1,6 @@
 //! `umbragraph check`: which configurations it covers, and what it says of them.
 
+mod causes;
 mod fix;
 
 use std::path::PathBuf;
@@ -422,7 +423,7 @@ fn an_unused_declaration_is_a_note_that_fails_no_check() {
 #[test]
 fn a_broken_pipeline_hides_no_note_about_another() {
     let folder = ScratchFolder::new("check-unused-beside");
-    let spare = "\"parameters\": { \"spare\": { \"type\": \"f32\", \"default\": 1 } },\n  \"resources\"";
+    let spare = "\"parameters\": { \"idle\": { \"type\": \"f32\", \"default\": 1 } },\n  \"resources\"";
     let fine = pipeline(1, "").replacen("\"resources\"", spare, 1);
     let cut = fine.replacen('{', "{ \"include\": \"gone.json\",", 1);
     for (name, text) in [("fine.json", fine), ("cut.json", cut)] {

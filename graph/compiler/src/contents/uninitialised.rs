@@ -371,15 +371,15 @@ fn diagnostic(pipeline: &TypedPipeline, reader: PassHandle, one: &Access, pieces
     let help = match &resource.kind {
         ResourceKind::Buffer(_) if one.usage == Usage::StorageReadWrite => format!(
             "fill the buffer first ({{ \"clear\": {{ \"buffer\": \"&{name}\" }} }}), bind what is written only, with \"offset\" and \
-             \"size\", or say that \"{pass}\" needs nothing of it: \"contents\": \"discard\""
+             \"size\", or say that nothing of it is needed: \"contents\": \"discard\""
         ),
         ResourceKind::Buffer(_) => format!(
-            "write all that is read, fill the buffer first ({{ \"clear\": {{ \"buffer\": \"&{name}\" }} }}), or let \
-             \"{pass}\" read fewer bytes with \"offset\" and \"size\""
+            "write all that is read, fill the buffer first ({{ \"clear\": {{ \"buffer\": \"&{name}\" }} }}), or read \
+             fewer bytes with \"offset\" and \"size\""
         ),
         _ => format!(
-            "let passes write all that is read, or let \"{pass}\" read what is written only: name its \"mip\", \
-             \"layer\" or \"aspect\", or give \"{name}\" no more than are used"
+            "write the rest too, read what is written alone ({{ \"texture\": {{ \"name\": \"&{name}\", \"mip\": 0 }} }}, or \
+             \"layer\" or \"aspect\"), or give \"{name}\" fewer"
         ),
     };
     one.error(codes::NEVER_WRITTEN, message).related(resource.place, "declared here").help(help)

@@ -125,8 +125,8 @@ impl Check<'_> {
         let (by, name) = (&self.pipeline.pass(self.handle).name, &self.pipeline.pass(reader).name);
         let resource = &self.pipeline.resource(self.one.resource).name;
         let message = format!("\"{name}\" reads \"{resource}\"{when}, which \"{by}\" discards");
-        read.error(codes::DISCARDED, message)
-            .related(self.one.place, "discarded here")
-            .help(format!("remove \"store\" from \"{by}\", or let another pass write it before it is read"))
+        read.error(codes::DISCARDED, message).related(self.one.place, "discarded here").help(format!(
+            "remove \"store\" from \"{by}\", or let another pass write \"{resource}\" before it is read"
+        ))
     }
 }

@@ -15,7 +15,7 @@ use crate::plan::planned::{PlannedAttachment, PlannedPass, StoreOperation};
 use crate::plan::planner::Planner;
 use crate::resources::resolved::TextureProperties;
 use crate::schedule::cull::single_layer;
-use umbragraph_pipeline::diagnostic::{Diagnostic, codes};
+use umbragraph_pipeline::diagnostic::{Diagnostic, codes, counted};
 use umbragraph_pipeline::language::Lifetime;
 use umbragraph_pipeline::language::format_name;
 use umbragraph_pipeline::pipeline::{Located as _, SubresourceRange, canonical};
@@ -101,6 +101,7 @@ impl Planner<'_> {
                 let error = "writes frag_depth, for which the pass has no depth attachment";
                 return mismatch(error);
             }
+            let place = |location: u32| variant.module.location(&fragment.name, location);
             for (location, attachment) in planned.color.iter().enumerate() {
                 let Some(TextureProperties { format, .. }) =
                     self.resolved.texture(attachment.target.resource)
@@ -113,11 +114,18 @@ impl Planner<'_> {
                     _ => ScalarKind::Float,
                 };
                 let output = fragment.outputs.iter().find(|output| output.location as usize == location);
+                let mut help = None;
                 let error = match output {
                     None => {
                         format!("writes no @location({location}), which \"{}\" wants", attachment.resource)
                     }
                     Some(output) if output.kind != wanted => {
+                        let ty = scalar_name(wanted);
+                        let name = &attachment.resource;
+                        help = Some(format!(
+                            "let the shader return vec4<{ty}>, or give \"{name}\" a format of {}s",
+                            scalar_name(output.kind)
+                        ));
                         format!(
                             "writes {} to @location({location}), but \"{}\" is {}, which takes {}",
                             scalar_name(output.kind),
@@ -141,7 +149,12 @@ impl Planner<'_> {
                     }
                     Some(_) => continue,
                 };
-                return mismatch(&error);
+                let found = output.and_then(|output| place(output.location));
+                let diagnostic = mismatch(&error)?.labelled(found, "the output");
+                return Some(match help {
+                    Some(help) => diagnostic.help(help),
+                    None => diagnostic,
+                });
             }
             if let Some(output) =
                 fragment.outputs.iter().find(|output| output.location as usize >= planned.color.len())
@@ -150,7 +163,14 @@ impl Planner<'_> {
                     "writes @location({}), for which the pass has no color attachment",
                     output.location
                 );
-                return mismatch(&error);
+                let count = planned.color.len();
+                let help = format!(
+                    "add {{ \"to\": … }} to \"color\", which has {}, or remove the output from the shader",
+                    counted(count, "attachment")
+                );
+                let found = place(output.location);
+                return mismatch(&error)
+                    .map(|diagnostic| diagnostic.labelled(found, "the output").help(help));
             }
         }
         None

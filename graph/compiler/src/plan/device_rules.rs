@@ -10,7 +10,7 @@ use crate::plan::core_rules;
 use crate::plan::planned::{Plan, PlannedPass};
 use crate::request::texture_size::TextureSize;
 use crate::work::drawn_buffers::{Counted, DrawnBuffer};
-use umbragraph_pipeline::diagnostic::{Diagnostic, codes, list_of};
+use umbragraph_pipeline::diagnostic::{Diagnostic, codes, counted, list_of};
 use umbragraph_pipeline::language::{TextureShape, format_name};
 use umbragraph_pipeline::pipeline::{Located as _, Pass, Program, ProgramBinding};
 use umbragraph_pipeline::shader::Stage;
@@ -115,8 +115,10 @@ impl Rules<'_> {
     fn storage(&self, program: &Program, binding: &ProgramBinding) -> Option<Diagnostic> {
         let features = self.plan.pipeline.profile.features;
         let (template, name) = (&program.template, &binding.name);
-        let reject =
-            |message: String, help: &str| Some(self.pass.error(codes::DEVICE_RULE, message).help(help));
+        let reject = |message: String, help: &str| {
+            let declared = program.plain().variable(name);
+            Some(self.pass.error(codes::DEVICE_RULE, message).help(help).labelled(declared, "declared here"))
+        };
         let is_written = match binding.entry.ty {
             BindingType::Buffer { ty: BufferBindingType::Storage { read_only }, .. } => !read_only,
             BindingType::StorageTexture { access, .. } => access != StorageTextureAccess::ReadOnly,
@@ -164,7 +166,11 @@ impl Rules<'_> {
 
     fn slot(&self, program: &Program, slot: &BoundSlot) -> Option<Diagnostic> {
         let binding = program.binding_at(slot.group, slot.binding)?;
-        let reject = |message: String, help: &str| Some(slot.error(codes::DEVICE_RULE, message).help(help));
+        let declared = || program.plain().variable(&slot.name);
+        let reject = |message: String, help: &str| {
+            let diagnostic = slot.error(codes::DEVICE_RULE, message).help(help);
+            Some(diagnostic.labelled(declared(), "the shader's declaration"))
+        };
         let limits = &self.plan.pipeline.profile.limits;
         match (&slot.source, binding.entry.ty) {
             (SlotSource::Texture(bound), BindingType::Texture { multisampled, .. }) => {
@@ -173,8 +179,10 @@ impl Rules<'_> {
                 let name = self.name(view.resource);
                 if multisampled != (size.samples > 1) {
                     let message = format!(
-                        "\"{name}\" has {} samples, \"{}\" is {}",
-                        size.samples, slot.name, binding.type_name
+                        "\"{name}\" has {}, \"{}\" is {}",
+                        counted(size.samples as usize, "sample"),
+                        slot.name,
+                        binding.type_name
                     );
                     let help = "declare the binding as texture_multisampled_2d for several samples, as texture_2d for one";
                     return reject(message, help);
@@ -189,10 +197,20 @@ impl Rules<'_> {
                     == Some(TextureShape::D3);
                 if !fits {
                     let message = format!(
-                        "\"{name}\" is {} by {} with {layers} layers, \"{}\" is {}",
-                        size.width, size.height, slot.name, binding.type_name
+                        "\"{name}\" is {} by {} with {}, \"{}\" is {}",
+                        size.width,
+                        size.height,
+                        counted(layers as usize, "layer"),
+                        slot.name,
+                        binding.type_name
                     );
-                    return reject(message, "cubes are square and have six layers each");
+                    let help = format!(
+                        "declare \"{}\" as {} in the shader, or give \"{name}\" a square size, \"layers\": 6 and \
+                         \"view_dimension\": \"cube\"",
+                        slot.name,
+                        if layers > 1 { "texture_2d_array<f32>" } else { "texture_2d<f32>" }
+                    );
+                    return reject(message, &help);
                 }
                 if volume != (view.shape == TextureShape::D3) {
                     let message = format!("\"{name}\" cannot be seen as {}", binding.type_name);
@@ -230,8 +248,13 @@ impl Rules<'_> {
                 if bytes < min {
                     let message =
                         format!("{}, but \"{}\" of {} has {min}", bound(), slot.name, program.template);
-                    let help = format!("give \"{name}\" at least {min} bytes, or bind a larger range of it");
-                    return reject(message, &help);
+                    let place = self.plan.pipeline.resource(buffer.resource).place;
+                    let diagnostic = slot.error(codes::DEVICE_RULE, message).related(place, "declared here");
+                    let help = match buffer.range.bytes {
+                        None => format!("give \"{name}\" \"size\": {min}, or more"),
+                        Some(_) => format!("bind at least {min} bytes of \"{name}\""),
+                    };
+                    return Some(diagnostic.labelled(declared(), "the shader's declaration").help(help));
                 }
                 if matches!(ty, BufferBindingType::Storage { .. }) && bytes % 4 != 0 {
                     return reject(bound(), "storage bindings have a multiple of 4 bytes");

@@ -110,7 +110,10 @@ impl ResolvedResources<'_> {
                     // A size that both have is not said.
                     let words = |size: [u32; 3]| match own[..2] == wanted[..2] {
                         true => format!("a texture with {}", counted(size[2] as usize, "sample")),
-                        false => format!("{} by {} with {} samples", size[0], size[1], size[2]),
+                        false if own[2] == wanted[2] => format!("{} by {}", size[0], size[1]),
+                        false => {
+                            format!("{} by {} with {}", size[0], size[1], counted(size[2] as usize, "sample"))
+                        }
                     };
                     let message = format!(
                         "\"{}\" is {}, but \"{}\" of the same pass is {}",
@@ -119,11 +122,20 @@ impl ResolvedResources<'_> {
                         other.resource,
                         words(wanted)
                     );
+                    let (name, resource) = (&attachment.resource, attachment.target.resource);
                     let help = match own[..2] == wanted[..2] {
-                        true => "give the attachments of one pass the same \"samples\"",
-                        false => "attachments of one pass have one size and sample count",
+                        true => format!(
+                            "give \"{name}\" the samples too: \"{name}\": {{ \"texture\": {{ \"samples\": {} }} }} under \
+                             \"resources\"",
+                            wanted[2]
+                        ),
+                        false => format!("give \"{name}\" the \"size\" of \"{}\"", other.resource),
                     };
-                    diagnostics.push(self.reject(handle, attachment, message, help));
+                    let declared = [resource, other.target.resource].map(|one| self.pipeline.resource(one));
+                    let diagnostic = self.reject(handle, attachment, message, &help);
+                    diagnostics.push(declared.into_iter().fold(diagnostic, |diagnostic, one| {
+                        diagnostic.related(one.place, format!("\"{}\" is declared here", one.name))
+                    }));
                 }
                 Some(_) => {}
             }
@@ -209,12 +221,13 @@ impl ResolvedResources<'_> {
                     continue;
                 };
                 if size.layers > 1 && size.layers < shape.view_layers {
-                    let message = format!(
-                        "\"{}\" has {} layers for {} views",
-                        attachment.resource, size.layers, shape.max_views
-                    );
-                    let help = "give the texture a layer for each view";
-                    diagnostics.push(self.reject(handle, attachment, message, help));
+                    let (name, views) = (&attachment.resource, shape.max_views);
+                    let published = self.pipeline.resource(scene.views.resource);
+                    let message = format!("\"{name}\" has {} layers for {views} views", size.layers);
+                    let help = format!("give \"{name}\" \"layers\": {views}, a layer for each view");
+                    let diagnostic = self.reject(handle, attachment, message, &help);
+                    let label = format!("\"{}\" is published here", published.name);
+                    diagnostics.push(diagnostic.related(published.place, label));
                 }
             }
         }

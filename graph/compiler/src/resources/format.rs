@@ -179,6 +179,11 @@ pub(crate) fn choose(
     };
     let mut diagnostic = Diagnostic::error(codes::FORMAT_USAGE, place, message).pointer(pointer).help(
         match would_do.as_slice() {
+            [] if reasons.iter().any(|reason| reason.contains("cannot be filtered")) => {
+                "bind a nearest sampler beside it, under the sampler's name: { \"sampler\": { \"filter\": \"nearest\" } }, or \
+                 declare texture_depth_2d in the shader"
+                    .to_owned()
+            }
             [] => "choose another format, or use it otherwise: no common format would do".to_owned(),
             formats => format!("choose another format, or add a candidate: {} would do", list_of(formats)),
         },

@@ -191,8 +191,13 @@ impl<'a> Sizes<'a> {
                 let sides = self.value_of(resource, &texture.size, "/texture/size")?.numbers();
                 let Some([width, height]) = sides.as_deref() else {
                     let message = format!("the size of \"{}\" is not a width and a height", resource.name);
-                    let help = "write [width, height], or \"=viewport\"";
-                    return self.reject_at(codes::SIZE_LIMIT, resource, "/texture/size", message, help);
+                    let help = match sides.as_deref() {
+                        Some([width, height, depth]) => format!(
+                            "a volume is \"size\": [{width}, {height}], \"layers\": {depth}, \"view_dimension\": \"3d\""
+                        ),
+                        _ => "write [width, height], or \"=viewport\"".to_owned(),
+                    };
+                    return self.reject_at(codes::SIZE_LIMIT, resource, "/texture/size", message, &help);
                 };
                 let limits = &self.pipeline.profile.limits;
                 let volume = texture.view_dimension == Some(TextureShape::D3);

@@ -65,14 +65,17 @@ pub(crate) fn workgroups(
         }
     };
     if counts.iter().any(|count| *count > limit) {
-        let message = format!("{counts:?} workgroups are too many");
-        let profile = &pipeline.profile.name;
-        let help = match limit {
-            0 => format!(
-                "the profile {profile} has no compute shaders: give the pass a \"when\" with a feature that has \
-                 \"required_limits\", or leave the profile out"
+        let (profile, name) = (&pipeline.profile.name, &pipeline.pass(handle).name);
+        let (message, help) = match limit {
+            0 => (
+                format!("\"{name}\" is a compute pass, and the profile {profile} has no compute shaders"),
+                "give the pass a \"when\" with a feature that has \"required_limits\", or leave the profile out"
+                    .to_owned(),
             ),
-            _ => format!("the profile {profile} allows {limit} in each direction"),
+            _ => (
+                format!("{counts:?} workgroups are too many"),
+                format!("the profile {profile} allows {limit} in each direction"),
+            ),
         };
         diagnostics.push(pipeline.pass(handle).error(codes::DISPATCH, message).help(help));
         return None;

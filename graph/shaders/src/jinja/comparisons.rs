@@ -11,6 +11,19 @@ use crate::codes;
 use umbragraph_text::diagnostic::{AxisValue, Diagnostic};
 use umbragraph_text::source::Span;
 
+/// Returns a warning for each variable that a loop assigns and that text behind the loop reads.
+pub(crate) fn lost(template: &Template) -> impl Iterator<Item = Diagnostic> {
+    template.prepared.names.lost.iter().map(|(name, range)| {
+        let message =
+            format!("\"{name}\" is set in a loop and read behind it, where it has the value from before the loop");
+        let help = format!(
+            "keep it in a namespace: {{% set ns = namespace({name}=…) %}} before the loop, {{% set ns.{name} = … %}} \
+             in it, ns.{name} behind it"
+        );
+        Diagnostic::warning(codes::SET_LOST, Span::new(template.file, range.clone()), message).help(help)
+    })
+}
+
 /// Returns an error for each comparison of a template axis with a literal that is not one of the axis's values.
 pub(crate) fn check(template: &Template, axes: &Axes) -> Vec<Diagnostic> {
     let names = &template.prepared.names;
@@ -37,6 +50,22 @@ fn never(template: &Template, axis: &Axis, compared: &Compared) -> Option<Diagno
     };
     if axis.kind.contains(&value) {
         return None;
+    }
+    let is_number = matches!(axis.kind, AxisKind::Integer { .. });
+    let unquoted = value
+        .to_string()
+        .parse::<i64>()
+        .ok()
+        .filter(|number| axis.kind.contains(&AxisValue::Integer(*number)));
+    if let (Some(number), true) = (unquoted, is_number) {
+        let span = Span::new(template.file, compared.range.clone());
+        let message = format!(
+            "the axis \"{}\" is a number and {written} is a text, so that the two are never equal",
+            axis.name
+        );
+        let diagnostic = Diagnostic::error(codes::AXIS_COMPARED, span, message)
+            .related(axis.span, format!("declared here with {}", axis.kind.describe()));
+        return Some(diagnostic.help(format!("write {number} without quotes")).fix(span, number.to_string()));
     }
     let span = Span::new(template.file, range);
     let message =

@@ -33,6 +33,8 @@ pub(crate) struct Names {
     /// The variables that a tag of the template assigns.
     pub(crate) bound: BTreeSet<String>,
     pub(crate) compared: Vec<Compared>,
+    /// The variables that a tag in a loop assigns, and that text behind the loop reads.
+    pub(crate) lost: Vec<(String, Range<usize>)>,
 }
 
 /// A comparison of a variable with a literal string or number.
@@ -94,7 +96,17 @@ fn read(text: &str) -> (Vec<(usize, String)>, Names, Structure) {
     let Ok(template) = parse(text, "", syntax()) else { return Default::default() };
     let mut found = Found { structure: Structure::of(&template, text), ..Found::default() };
     found.statement(&template);
-    let Found { starts, mut ends, mut names, structure } = found;
+    let Found { starts, mut ends, mut names, structure, binds, in_loops, .. } = found;
+    names.lost = in_loops
+        .into_iter()
+        .filter(|(name, _, end)| {
+            let mut reads = names.uses.iter().filter(|(used, range)| used == name && range.start >= *end);
+            let is_bound_again =
+                |read: usize| binds.iter().any(|(bound, at)| bound == name && (*end..read).contains(at));
+            reads.any(|(_, range)| !is_bound_again(range.start))
+        })
+        .map(|(name, range, _)| (name, range))
+        .collect();
     // What begins further out was found first, and what ends further out has to end last.
     ends.reverse();
     ends.extend(starts);
@@ -110,6 +122,12 @@ struct Found {
     ends: Vec<(usize, String)>,
     names: Names,
     structure: Structure,
+    /// The places where variables are bound.
+    binds: Vec<(String, usize)>,
+    /// The ends of the loops around a statement.
+    loops: Vec<usize>,
+    /// The variables that `set` binds in a loop, each with its place and the end of the loop.
+    in_loops: Vec<(String, Range<usize>, usize)>,
 }
 
 impl Found {
@@ -122,7 +140,10 @@ impl Found {
     fn bind<'e, 'a: 'e>(&mut self, targets: impl IntoIterator<Item = &'e Expr<'a>>) {
         for target in targets {
             match target {
-                Expr::Var(variable) => drop(self.names.bound.insert(variable.id.to_owned())),
+                Expr::Var(variable) => {
+                    self.binds.push((variable.id.to_owned(), start(target)));
+                    self.names.bound.insert(variable.id.to_owned());
+                }
                 Expr::GetAttr(attribute) => self.bind([&attribute.expr]),
                 Expr::List(list) => self.bind(&list.items),
                 _ => {}
@@ -173,7 +194,9 @@ impl Found {
                 self.names.bound.insert("loop".to_owned());
                 self.expression(&one.iter);
                 self.expressions(&one.filter_expr);
+                self.loops.push(one.span().end_offset as usize);
                 self.statements(&one.body);
+                self.loops.pop();
                 self.statements(&one.else_body);
             }
             Stmt::IfCond(one) => {
@@ -187,6 +210,9 @@ impl Found {
                 self.statements(&one.body);
             }
             Stmt::Set(one) => {
+                if let (Expr::Var(variable), Some(end)) = (&one.target, self.loops.last()) {
+                    self.in_loops.push((variable.id.to_owned(), range(one.target.span()), *end));
+                }
                 self.bind([&one.target]);
                 self.expression(&one.expr);
             }

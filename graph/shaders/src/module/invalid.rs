@@ -11,12 +11,12 @@ use naga::front::Typifier;
 use naga::proc::{ResolveContext, TypeResolution};
 use naga::valid::{
     Disalignment, EntryPointError, ExpressionError, FunctionError, GlobalUse, GlobalVariableError, TypeError,
-    ValidationError,
+    ValidationError, VaryingError,
 };
 use naga::{
     AddressSpace, BinaryOperator, Binding, Block, BuiltIn, DerivativeAxis, EntryPoint, Expression, Function,
-    GlobalVariable, Handle, ImageClass, Module, SampleLevel, ScalarKind, ShaderStage, Span, Statement,
-    StorageAccess, Type, TypeInner, VectorSize,
+    GlobalVariable, Handle, ImageClass, ImageDimension, Interpolation, Module, SampleLevel, ScalarKind,
+    ShaderStage, Span, Statement, StorageAccess, Type, TypeInner, VectorSize,
 };
 
 use crate::written::ir;
@@ -29,6 +29,8 @@ pub(super) struct Explained {
     pub(super) range: Option<Range<usize>>,
     pub(super) labels: Vec<(Range<usize>, String)>,
     pub(super) help: Option<String>,
+    /// The member, of the structure at `range`, that is at fault.
+    pub(super) member: Option<String>,
 }
 
 impl Explained {
@@ -72,6 +74,11 @@ pub(super) fn explain(module: &Module, error: &ValidationError) -> Option<Explai
                 GlobalVariableError::Alignment(AddressSpace::Uniform, _, Disalignment::ArrayStride { stride, .. }),
             ..
         } => array_in_uniform(module, *handle, *stride),
+        ValidationError::GlobalVariable {
+            handle,
+            name,
+            source: GlobalVariableError::Alignment(_, _, Disalignment::NonHostShareable),
+        } => bool_in_buffer(module, module.global_variables[*handle].ty, name),
         ValidationError::Function { handle, name, source } => {
             in_function(module, &module.functions[*handle], name, source)
         }
@@ -82,6 +89,12 @@ pub(super) fn explain(module: &Module, error: &ValidationError) -> Option<Explai
                 EntryPointError::Function(source) => in_function(module, &entry.function, name, source),
                 EntryPointError::ForbiddenStageOperations => forbidden(module, entry),
                 EntryPointError::InvalidGlobalUsage(variable, used) => usage(module, entry, *variable, *used),
+                EntryPointError::Argument(_, VaryingError::InvalidInterpolationForInteger) => {
+                    interpolated(module, &ir::inputs(module, &entry.function))
+                }
+                EntryPointError::Result(VaryingError::InvalidInterpolationForInteger) => {
+                    interpolated(module, &ir::outputs(module, &entry.function))
+                }
                 _ => None,
             }
         }
@@ -175,8 +188,78 @@ fn in_function(module: &Module, function: &Function, name: &str, error: &Functio
             let stage = stage_of(function);
             Some(Explained::new(message).help(format!("write {stage} before `fn {name}`")))
         }
+        FunctionError::InvalidImageStore(source) => coordinates(module, function, source, "textureStore"),
         _ => None,
     }
+}
+
+/// Explains the coordinates of a texture function that have the wrong type.
+fn coordinates(
+    module: &Module,
+    function: &Function,
+    error: &ExpressionError,
+    called: &str,
+) -> Option<Explained> {
+    let ExpressionError::InvalidImageCoordinateType(dimension, value) = error else { return None };
+    let (_, ty) = type_of(module, function, *value)?;
+    let of = |scalar: &str| match dimension {
+        ImageDimension::D1 => scalar.to_owned(),
+        ImageDimension::D2 => format!("vec2<{scalar}>"),
+        ImageDimension::D3 | ImageDimension::Cube => format!("vec3<{scalar}>"),
+    };
+    let (wanted, help) = match called {
+        "textureSample" => {
+            (of("f32"), format!("write {}(…), from 0 to 1, or textureLoad for texels", of("f32")))
+        }
+        _ => (
+            format!("{} or {}", of("i32"), of("u32")),
+            format!("write {}(…), or textureSampleLevel for coordinates from 0 to 1", of("i32")),
+        ),
+    };
+    let message = format!("the coordinates of {called} are {wanted} here, and this is {ty}");
+    Some(Explained::new(message).at(function.expressions.get_span(*value)).help(help))
+}
+
+/// Explains a boolean in a uniform or storage buffer of the type `ty`, which has the name `variable` or stands in it.
+fn bool_in_buffer(module: &Module, ty: Handle<Type>, variable: &str) -> Option<Explained> {
+    let is_bool = |ty: Handle<Type>| module.types[ty].inner.scalar_kind() == Some(ScalarKind::Bool);
+    match &module.types[ty].inner {
+        TypeInner::Struct { members, .. } => members.iter().find_map(|member| {
+            let name = member.name.as_deref()?;
+            if !is_bool(member.ty) {
+                return bool_in_buffer(module, member.ty, name);
+            }
+            let message = format!(
+                "\"{name}\" of \"{variable}\" is a bool, which no uniform or storage buffer can hold"
+            );
+            let help = format!("declare `{name}: u32`, and read `{variable}.{name} != 0u`");
+            let explained = Explained::new(message).at(module.types.get_span(ty)).help(help);
+            Some(Explained { member: Some(name.to_owned()), ..explained })
+        }),
+        TypeInner::Array { base, .. } => bool_in_buffer(module, *base, variable),
+        _ => None,
+    }
+}
+
+/// Explains an integer that is handed from stage to stage without `@interpolate(flat)`.
+fn interpolated(module: &Module, variables: &[ir::Bound<'_>]) -> Option<Explained> {
+    let integer = |kind| matches!(kind, Some(ScalarKind::Sint | ScalarKind::Uint));
+    let variable = variables.iter().find(|variable| {
+        let is_flat =
+            matches!(variable.binding, Binding::Location { interpolation: Some(Interpolation::Flat), .. });
+        let is_located = matches!(variable.binding, Binding::Location { .. });
+        is_located && !is_flat && integer(module.types[variable.ty].inner.scalar_kind())
+    })?;
+    let Binding::Location { location, .. } = variable.binding else { return None };
+    let (name, ty) = (variable.name, spelled(module, variable.ty));
+    let message = format!("\"{name}\" at @location({location}) is {ty}, and integers are not interpolated");
+    let help = format!("write `@location({location}) @interpolate(flat) {name}: {ty}`");
+    let explained = Explained::new(message).help(help);
+    let member = variable.owner.map(|_| name.to_owned());
+    Some(match variable.owner {
+        Some(owner) => Explained { member, ..explained.at(module.types.get_span(owner)) },
+        None => explained,
+    })
 }
 
 /// The attribute of the stage for which a function has inputs and outputs.
@@ -256,7 +339,14 @@ fn expression(
                     .help("the condition is the last argument: select(if_false, if_true, condition)"),
             )
         }
-        _ => None,
+        error => {
+            let called = match &function.expressions[place] {
+                Expression::ImageSample { .. } => "textureSample",
+                Expression::ImageLoad { .. } => "textureLoad",
+                _ => return None,
+            };
+            coordinates(module, function, error, called)
+        }
     }
 }
 

@@ -115,8 +115,8 @@ pub(crate) fn validation(code: Code, module: &Module, error: &WithSpan<Validatio
     };
     let rejection = Rejection { range, scope, ..Rejection::new(code, String::new(), Span::UNDEFINED) };
     match explained {
-        Some(invalid::Explained { message, range, labels, help }) => {
-            Rejection { message, range: range.or(rejection.range), labels, help, ..rejection }
+        Some(invalid::Explained { message, range, labels, help, member }) => {
+            Rejection { message, range: range.or(rejection.range), labels, help, member, ..rejection }
         }
         None => Rejection { message: format!("{cause}{context}"), ..rejection },
     }

@@ -291,10 +291,8 @@ pub(crate) fn undeclared_names(set: &TemplateSet, root: &str, unknown: &BTreeSet
             continue;
         }
         let names = axes.into_iter().flat_map(Axes::names).chain(guard::PLAIN_FUNCTIONS);
-        let mut diagnostic = diagnostic.suggest(name, names, Some(Span::new(file, range)), |_| {
-            let stem = root.strip_suffix(".wgsl.jinja").unwrap_or(root);
-            format!("declare the axis in {stem}.axes.json, or inherit the template that declares it")
-        });
+        let mut diagnostic =
+            diagnostic.suggest(name, names, Some(Span::new(file, range)), |_| set.way_to_axis(root, name));
         // Another template that has the word may mean an axis of its own, and this one only where it is included.
         let fix = diagnostic.fix.take().filter(|_| uses.len() == 1);
         let replacement = fix.and_then(|fix| Some(fix.edits.first()?.replacement.clone()));

@@ -289,6 +289,20 @@ impl TemplateSet {
                 template.into_iter().flat_map(|template| comparisons::check(template, &resolved.axes)),
             );
         }
+        diagnostics.extend(self.templates.values().flat_map(|template| comparisons::lost(template)));
+    }
+
+    /// The way out of an axis that a template does not have: the template to inherit the axis from, or a declaration.
+    pub fn way_to_axis(&self, template: &str, axis: &str) -> String {
+        let declares = |name: &&str| {
+            let declared = self.declarations.get(stem(name));
+            declared.is_some_and(|declared| declared.axes.get(axis).is_some())
+        };
+        let declared = format!("declare it in {}.axes.json", stem(template));
+        match self.names().find(declares) {
+            None => declared,
+            Some(one) => format!("it is an axis of {one}: write \"inherits\": [\"{one}\"], or {declared}"),
+        }
     }
 
     fn resolved(&self) -> &BTreeMap<String, Resolved> {
@@ -325,7 +339,16 @@ impl TemplateSet {
             return axes.clone();
         }
         done.insert(name, Axes::default());
-        let Some(declaration) = self.declarations.get(stem(name)) else { return Axes::default() };
+        let Some(declaration) = self.declarations.get(stem(name)) else {
+            // Without a declaration, a template has the axes of the one that it extends.
+            let base = self
+                .templates
+                .get_key_value(name)
+                .and_then(|(_, one)| one.prepared.structure.extends.as_ref());
+            let axes = base.map(|base| self.collect(base, done, diagnostics)).unwrap_or_default();
+            done.insert(name, axes.clone());
+            return axes;
+        };
         let mut own = declaration.axes.clone();
         let mut conflicts = Vec::new();
         for (other, span) in &declaration.axes.inherits {

@@ -14,7 +14,7 @@ use crate::jinja::scan::{Tag, WordKind};
 use crate::jinja::template::Template;
 
 /// The keywords of template tags that refer to other templates by name.
-const NAMING: [&str; 4] = ["include", "import", "from", "extends"];
+pub(super) const NAMING: [&str; 4] = ["include", "import", "from", "extends"];
 
 impl TemplateSet {
     /// Returns the names of the templates of which every variant has the same WGSL as in the set `before`.

@@ -3,14 +3,9 @@
 use std::ops::Range;
 
 use super::templates::TemplateSet;
+use super::unchanged::NAMING;
 use crate::jinja::template::Template;
 use umbragraph_text::source::FileId;
-
-/// The template of a file, with its name.
-fn template_of(set: &TemplateSet, file: FileId) -> Option<(&str, &Template)> {
-    let mut templates = set.templates.iter();
-    templates.find(|(_, one)| one.file == file).map(|(name, one)| (name.as_str(), &**one))
-}
 
 /// The way out of an undeclared name at a place of a template that the template `root` reads; `None` if all that is
 /// known is that it may be an axis.
@@ -21,7 +16,7 @@ pub(super) fn way_out(
     name: &str,
     range: &Range<usize>,
 ) -> Option<String> {
-    let (template_name, template) = template_of(set, file)?;
+    let template = set.templates.values().find(|template| template.file == file)?;
     let text = &template.text;
     let before = text.get(..range.start)?.trim_end();
     let after = text.get(range.end..)?.trim_start();
@@ -34,10 +29,11 @@ pub(super) fn way_out(
         };
     }
     let stem = root.strip_suffix(".wgsl.jinja").unwrap_or(root);
-    if template_name != root && set.axes(template_name).is_some_and(|axes| axes.get(name).is_some()) {
-        return Some(format!(
-            "\"{template_name}\" declares this axis: write \"inherits\": [\"{template_name}\"] in {stem}.axes.json"
-        ));
+    let mut tags = template.scan.tags.iter().filter(|tag| tag.range.contains(&range.start));
+    if let Some(tag) = tags.find(|tag| tag.keyword(text).is_some_and(|keyword| NAMING.contains(&keyword))) {
+        let (first, last) = (tag.words.get(1)?, tag.words.last()?);
+        let name = text.get(first.range.start..last.range.end)?;
+        return Some(format!("the name of a template stands in quotes: \"{name}\""));
     }
     if before.ends_with("==") || before.ends_with("!=") {
         return Some(format!(

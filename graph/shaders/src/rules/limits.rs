@@ -258,6 +258,7 @@ impl Check<'_> {
                 let [x, y, z] = entry_point.workgroup_size.map(u64::from);
                 let size_span = &|check: &Self| check.span_of_workgroup_size(entry_point);
                 let workgroup = format!("the workgroup of \"{name}\"");
+                let before = self.found.len();
                 for (side, size, allowed) in [
                     ("the width of", x, limits.max_compute_workgroup_size_x),
                     ("the height of", y, limits.max_compute_workgroup_size_y),
@@ -270,9 +271,18 @@ impl Check<'_> {
                 ] {
                     self.over(size_span, &workgroup, &format!("{side} {workgroup}"), size, allowed);
                 }
+                for rejection in &mut self.found[before..] {
+                    rejection.help =
+                        Some("@workgroup_size(16, 16) and (256) have 256 invocations".to_owned());
+                }
+                let before = self.found.len();
                 let what = format!("the workgroup memory of \"{name}\" in bytes");
                 let size = u64::from(entry_point.workgroup_storage);
                 self.over(span, &what, &what, size, limits.max_compute_workgroup_storage_size);
+                for rejection in &mut self.found[before..] {
+                    let help = "make the arrays in var<workgroup> smaller: array<f32, 4096> has 16384 bytes";
+                    rejection.help = Some(help.to_owned());
+                }
             }
         }
     }

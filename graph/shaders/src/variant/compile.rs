@@ -15,7 +15,8 @@ use crate::rendering::markers;
 use crate::rendering::render;
 use crate::rendering::templates::TemplateSet;
 use crate::targets::profile::TargetProfile;
-use crate::written::rejection::Rejection;
+use crate::written::rejection::{Rejection, declaration};
+use crate::written::stages;
 use crate::written::text_map::{Source, TextMap};
 use umbragraph_text::diagnostic::{
     AxisValue, AxisValues, Diagnostic, Place, Severity, describe, list_of, select_axes,
@@ -41,6 +42,47 @@ pub struct ShaderModule {
     pub map: TextMap,
     /// The warnings about the module; empty if there are none.
     pub warnings: Vec<Diagnostic>,
+}
+
+impl ShaderModule {
+    /// The place in a template where a variable of the module is declared: its name with its type.
+    pub fn variable(&self, name: &str) -> Option<SourceSpan> {
+        let is_declared = |range: &std::ops::Range<usize>| {
+            let before = self.wgsl[..range.start].trim_end();
+            before.ends_with('>') || before.ends_with("var")
+        };
+        let at = stages::words(&self.wgsl, name).find(is_declared)?.start;
+        self.map.span(declaration(&self.wgsl, at, name)?)
+    }
+
+    /// The place in a template where a member of a structure is declared: its name with its type.
+    pub fn member(&self, structure: &str, name: &str) -> Option<SourceSpan> {
+        self.map.span(declaration(&self.wgsl, self.structure(structure)?, name)?)
+    }
+
+    /// The byte offset behind the name of a structure, where it is declared.
+    fn structure(&self, name: &str) -> Option<usize> {
+        let is_declared = |before: &str| before.trim_end().ends_with("struct");
+        let mut found = stages::words(&self.wgsl, name);
+        found.find(|range| is_declared(&self.wgsl[..range.start])).map(|range| range.end)
+    }
+
+    /// The place in a template where an entry point declares its output or input at a location: the attribute and what
+    /// follows it on the line.
+    pub fn location(&self, entry_point: &str, location: u32) -> Option<SourceSpan> {
+        let attribute = format!("@location({location})");
+        let start = stages::entry_point(&self.wgsl, entry_point)?.end;
+        let head = &self.wgsl[start..start + self.wgsl[start..].find('{')?];
+        let (from, result) = head.rfind("->").map(|at| (start + at, head[at + 2..].trim()))?;
+        let from = match result.starts_with('@') {
+            true => from,
+            false => self.structure(result)?,
+        };
+        let at = from + self.wgsl[from..].find(&attribute)?;
+        let end = self.wgsl[at + attribute.len()..].find([',', '{', '}', '\n'])?;
+        let length = self.wgsl[at..at + attribute.len() + end].trim_end().len();
+        self.map.span(at..at + length)
+    }
 }
 
 /// Generated WGSL with its map, and the names of the axes that were read during rendering.

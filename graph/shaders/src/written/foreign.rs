@@ -90,8 +90,15 @@ pub(super) fn explain(text: &str, rejection: &mut Rejection, words: &[Range<usiz
         return member(text, rejection, words, quoted);
     } else if found == "?" {
         Some("WGSL has no `?:`: write select(if_false, if_true, condition), which computes both".to_owned())
+    } else if message.starts_with("expected global item") && found == "#" {
+        Some(directive(text.get(range.end..).unwrap_or_default()))
     } else if message.starts_with("expected global item") {
         global_item(found).map(str::to_owned)
+    } else if message.starts_with("expected `;`") && found == "{" {
+        literal(text, words, &range)
+    } else if message.contains("`f16` enable extension") {
+        rejection.message = "f16 is part of no target profile: devices need not have it".to_owned();
+        Some("use f32".to_owned())
     } else if message.starts_with("expected assignment or increment") {
         return declaration(text, rejection, words, found);
     } else if let Some(numbers) = message.strip_prefix("wrong number of arguments: expected ") {
@@ -125,9 +132,6 @@ fn is_type_or_call(text: &str, range: &Range<usize>) -> bool {
 fn global_item(found: &str) -> Option<&'static str> {
     Some(match found {
         "let" => "a constant of the module is `const NAME = VALUE;`",
-        "#" => {
-            "WGSL has no preprocessor: write `const NAME = VALUE;`, or {% set %} and {% if %} of the template language"
-        }
         "uniform" | "layout" | "cbuffer" => "a uniform is `@group(1) @binding(0) var<uniform> name: Type;`",
         "in" | "out" | "varying" | "attribute" => {
             "inputs and outputs are parameters and results of the entry point, with @location"
@@ -136,11 +140,42 @@ fn global_item(found: &str) -> Option<&'static str> {
         "static" | "shared" | "groupshared" => {
             "a variable is `var<private> x: f32;` or `var<workgroup> x: f32;`"
         }
-        name if NAMES.iter().any(|(known, _)| *known == name) => {
+        name if NAMES.iter().any(|(known, _)| *known == name) || is_type(name) => {
             "the type stands behind the name: `fn name(x: f32) -> f32 { … }`, `var<private> x: f32;`"
         }
         _ => return None,
     })
+}
+
+/// Returns `true` for the name of a type of WGSL that is no structure.
+fn is_type(name: &str) -> bool {
+    let is_of = |kind: &str| name.strip_prefix(kind).is_some_and(|rest| rest.starts_with(['2', '3', '4']));
+    ["f32", "i32", "u32", "bool", "f16"].contains(&name) || is_of("vec") || is_of("mat")
+}
+
+/// The way out of a line for a preprocessor; `rest` is the text behind the `#`.
+fn directive(rest: &str) -> String {
+    let line = rest.lines().next().unwrap_or_default().trim_start();
+    let includes = line.starts_with("import") || line.starts_with("include");
+    if !includes {
+        return "WGSL has no preprocessor: write `const NAME = VALUE;`, or {% set %} and {% if %} of the template \
+                language"
+            .to_owned();
+    }
+    let file = line.split(['"', '<', '>']).nth(1).unwrap_or("FILE.wgsl.jinja");
+    format!(
+        "WGSL has no preprocessor: write {{% include \"{file}\" %}} for the whole text of a template, or {{% from \
+         \"{file}\" import NAME %}} for a macro"
+    )
+}
+
+/// The way out of a structure that is made as in Rust or C: `Name { member: value }`.
+fn literal(text: &str, words: &[Range<usize>], range: &Range<usize>) -> Option<String> {
+    let name = words.iter().rfind(|word| word.end <= range.end && text[(*word).clone()] != *"{")?;
+    let name = &text[name.clone()];
+    let members: Vec<&str> = members_of(text, words, name)?.into_iter().map(|range| &text[range]).collect();
+    let members = list_of(members);
+    Some(format!("WGSL has no `{name} {{ … }}`: write {name}({members}) with the values in this order"))
 }
 
 /// Explains a declaration with the type before the name: `int i = 0;`.
@@ -148,7 +183,7 @@ fn declaration(text: &str, rejection: &mut Rejection, words: &[Range<usize>], na
     let Some(at) = rejection.range.as_ref().map(|range| range.start) else { return false };
     let Some(last) = words.iter().rfind(|word| word.end <= at) else { return false };
     let written = &text[last.clone()];
-    let is_of_wgsl = ["f32", "i32", "u32", "bool", "f16"].contains(&written);
+    let is_of_wgsl = is_type(written);
     let known = NAMES.iter().find(|(known, _)| *known == written).map(|(_, instead)| *instead);
     let Some(ty) = known.or(is_of_wgsl.then_some(written)) else { return false };
     rejection.message =
@@ -318,6 +353,14 @@ fn members<'t>(text: &'t str, words: &[Range<usize>], at: usize) -> Option<(&'t 
         let (_, result) = head.rsplit_once("->")?;
         Some(result.rsplit(' ').next().unwrap_or(result).trim()).filter(|result| !result.is_empty())
     })?;
+    Some((structure, members_of(text, words, structure)?))
+}
+
+/// The places of the members of a structure; `None` if the text declares no such structure, or one without members.
+fn members_of(text: &str, words: &[Range<usize>], structure: &str) -> Option<Vec<Range<usize>>> {
+    let word = |at: usize| words.get(at).map(|range| &text[range.clone()]);
+    let follows =
+        |range: &Range<usize>| text.get(range.end..).unwrap_or_default().trim_start().starts_with(':');
     let place = declared(text, words, "struct", structure)?;
     let begin = words.iter().position(|range| *range == place)? + 1;
     let mut depth = 0_usize;
@@ -326,12 +369,12 @@ fn members<'t>(text: &'t str, words: &[Range<usize>], at: usize) -> Option<(&'t 
         match word(at)? {
             "{" | "(" | "[" => depth += 1,
             "}" | ")" | "]" => depth = depth.checked_sub(1)?,
-            _ if depth == 1 && follows(at, ':') => members.push(range.clone()),
+            _ if depth == 1 && follows(range) => members.push(range.clone()),
             _ => {}
         }
         if depth == 0 {
             break;
         }
     }
-    (!members.is_empty()).then_some((structure, members))
+    (!members.is_empty()).then_some(members)
 }

@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use naga::Span;
 
+use super::stages;
 use super::text_map::TextMap;
 use crate::codes;
 use umbragraph_text::diagnostic::{AxisValues, Code, Diagnostic, Place};
@@ -26,6 +27,8 @@ pub(crate) struct Rejection {
     /// The override values that cause the rejection; empty if it does not depend on overrides.
     pub(crate) overrides: AxisValues,
     pub(crate) scope: Scope,
+    /// The member, of the structure at `range`, that is the place; naga knows no places of members.
+    pub(crate) member: Option<String>,
 }
 
 /// The part of a WGSL module that is rejected: every module with the same part is rejected as well.
@@ -63,6 +66,7 @@ impl Rejection {
             excess: None,
             overrides: AxisValues::new(),
             scope: Scope::default(),
+            member: None,
         }
     }
 
@@ -77,7 +81,12 @@ impl Rejection {
     /// Creates the diagnostic at the place in the template that `map` gives. `text` is the generated WGSL; `template`
     /// is the file to use if the range cannot be mapped.
     pub(crate) fn to_diagnostic(&self, text: &str, map: &TextMap, template: FileId) -> Diagnostic {
-        let span = self.range.clone().and_then(|range| map.span(range));
+        let narrowed = self
+            .member
+            .as_ref()
+            .zip(self.range.as_ref())
+            .and_then(|(name, range)| declaration(text.get(..range.end)?, range.start, name));
+        let span = narrowed.or_else(|| self.range.clone()).and_then(|range| map.span(range));
         let span = span.unwrap_or(source::Span::new(template, 0..0));
         let make = if self.warning { Diagnostic::warning } else { Diagnostic::error };
         let mut diagnostic = make(self.code, span, self.message.clone());
@@ -92,6 +101,20 @@ impl Rejection {
         diagnostic.help = self.help.clone();
         diagnostic
     }
+}
+
+/// The byte range of a declaration `NAME: TYPE` behind a place in WGSL; `None` if there is none.
+pub(crate) fn declaration(text: &str, from: usize, name: &str) -> Option<Range<usize>> {
+    let rest = text.get(from..)?;
+    let range = stages::words(rest, name).find(|range| rest[range.end..].trim_start().starts_with(':'))?;
+    let mut depth = 0_i32;
+    let is_end = |each: char| {
+        depth += i32::from(each == '<') - i32::from(each == '>');
+        depth <= 0 && matches!(each, ',' | ';' | '=' | ')' | '}' | '{' | '\n')
+    };
+    let end = rest[range.end..].find(is_end).map_or(rest.len(), |end| range.end + end);
+    let length = rest[range.start..end].trim_end().len();
+    Some(from + range.start..from + range.start + length)
 }
 
 /// The line of generated WGSL at a byte offset, as a message: `generated line 12: let x = 1;`.

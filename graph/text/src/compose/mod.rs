@@ -216,6 +216,15 @@ impl Composer<'_> {
     }
 
     fn compose_value(&mut self, mut root: Value, path: &Path, mut below: Option<Value>) -> Option<Value> {
+        if let ([.., (_, Some(place)), _], Some(_), false) =
+            (&self.chain[..], root.get("inputs"), self.is_lenient)
+        {
+            let message =
+                "this is a subgraph (it has \"inputs\"), and a pipeline extends or includes pipelines";
+            let help = "use it in a pass: { \"use\": \"PATH\", \"with\": { … } }";
+            self.diagnostics.push(Diagnostic::error(codes::WRONG_TYPE, *place, message).help(help));
+            return None;
+        }
         let other = other_format(&root);
         let is_unreadable = other.is_some();
         self.diagnostics.extend(other);

@@ -225,6 +225,15 @@ impl Diagnostic {
         self
     }
 
+    /// Adds a related place with a message, if the place is known.
+    #[must_use]
+    pub fn labelled(self, place: Option<Span>, message: impl Into<String>) -> Self {
+        match place {
+            Some(place) => self.related(place, message),
+            None => self,
+        }
+    }
+
     /// Adds a replacement to the machine-applicable fix. The first call creates the fix.
     #[must_use]
     pub fn fix(mut self, span: Span, replacement: impl Into<String>) -> Self {

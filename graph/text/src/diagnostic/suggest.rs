@@ -118,6 +118,17 @@ impl<'a> Closest<'a> {
         }
         close.sort_unstable();
         close.dedup();
+        // "shadow_casters" means "casters" sooner than "static_casters".
+        let is_part = |one: &&&str| {
+            one.len() >= MIN_BEGUN && lower.strip_suffix(**one).is_some_and(|before| before.ends_with('_'))
+        };
+        let part = candidates
+            .iter()
+            .find(is_part)
+            .filter(|_| close.first().is_none_or(|(distance, _)| *distance > 2));
+        if let Some(name) = part {
+            return Some(Self { name, is_certain: false });
+        }
         let (distance, name) = *close.first()?;
         Some(Self { name, is_certain: close.get(1).is_none_or(|(second, _)| *second != distance) })
     }

@@ -11,7 +11,7 @@ use serde::Deserialize as _;
 use serde::de::value::{Error as ValueError, StrDeserializer};
 use wgpu_types::TextureFormat;
 
-use crate::diagnostic::{Diagnostic, codes};
+use crate::diagnostic::{Diagnostic, begun, codes};
 use crate::source::Span;
 
 /// The JSON Schema of the name of a texture format.
@@ -45,6 +45,15 @@ pub fn format_name(format: TextureFormat) -> String {
 pub fn unknown_format(name: &str, place: Span, pointer: String) -> Diagnostic {
     let diagnostic =
         Diagnostic::error(codes::FORMAT_UNKNOWN, place, format!("\"{name}\" is not a texture format"));
+    let wide = name.strip_prefix("rgb").filter(|rest| rest.starts_with(|each: char| each.is_ascii_digit()));
+    let wide = wide.map(|rest| format!("rgba{rest}"));
+    let known: Vec<&str> = KNOWN_FORMATS.iter().map(String::as_str).collect();
+    let four = wide
+        .and_then(|wide| known.iter().copied().find(|known| *known == wide).or_else(|| begun(&wide, &known)));
+    if let Some(four) = four {
+        let help = format!("WebGPU has no format of three channels: use \"{four}\"");
+        return diagnostic.pointer(pointer).help(help).fix(place, format!("\"{four}\""));
+    }
     diagnostic.pointer(pointer).suggest(name, KNOWN_FORMATS.iter().map(String::as_str), Some(place), |_| {
         "formats have the names of the WebGPU specification".to_owned()
     })

@@ -7,7 +7,7 @@ use crate::pipeline::resource::ResourceKind;
 use crate::pipeline::settings::evaluate::Evaluate;
 use crate::pipeline::state::shared::Expected;
 use crate::work::Subresource;
-use umbragraph_text::diagnostic::{Diagnostic, codes};
+use umbragraph_text::diagnostic::{Diagnostic, codes, list_of};
 use umbragraph_text::language::Ref;
 
 impl PassBuilder<'_> {
@@ -54,7 +54,13 @@ impl PassBuilder<'_> {
         if !matches!(resource.kind, ResourceKind::Data(_)) {
             let message =
                 format!("\"{name}\" is {}, but blackboard data is wanted here", resource.kind_name());
-            let help = "name what a CPU pass publishes, such as a camera";
+            let published = self.shared.resources.iter();
+            let published = published.filter(|one| matches!(one.kind, ResourceKind::Data(Some(_))));
+            let names: Vec<String> = published.map(|one| format!("\"&{}\"", one.name)).collect();
+            let help = match names[..] {
+                [] => "name what a CPU pass publishes, such as a camera".to_owned(),
+                _ => format!("the passes before publish {}", list_of(names)),
+            };
             return self.reject(codes::WRONG_RESOURCE, pointer, message, help);
         }
         Some(self.subresource(handle, SubresourceRange::WHOLE, Version::Newest, pointer))

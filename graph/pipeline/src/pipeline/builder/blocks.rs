@@ -3,11 +3,12 @@
 use std::collections::BTreeMap;
 
 use crate::pipeline::builder::PassBuilder;
+use crate::pipeline::builder::slots::example;
 use crate::pipeline::program::{Program, ProgramBinding};
 use crate::pipeline::settings::evaluate::Evaluate;
 use crate::work::BlockValues;
 use umbragraph_shaders::TypeLayout;
-use umbragraph_text::diagnostic::{codes, suggested_name};
+use umbragraph_text::diagnostic::{Diagnostic, codes, suggested_name};
 use umbragraph_text::document;
 use umbragraph_text::language::Expr;
 
@@ -53,7 +54,13 @@ impl PassBuilder<'_> {
                 None if !all => {}
                 None => {
                     let message = format!("the member \"{}\" of the block has no value", member.name);
-                    self.report(codes::UNBOUND, at, message, format!("add \"{}\" here", member.name));
+                    let help = format!("add \"{}\": {} here", member.name, example(&member.layout));
+                    let declared = program.plain().member(&binding.type_name, &member.name);
+                    let diagnostic = Diagnostic::error(codes::UNBOUND, self.place(at), message)
+                        .pointer(self.absolute(at))
+                        .labelled(declared, "declared here")
+                        .help(help);
+                    self.shared.diagnostics.push(diagnostic);
                     fine = false;
                 }
             }

@@ -4,6 +4,7 @@ use std::rc::Rc;
 
 use crate::pipeline::builder::PassBuilder;
 use crate::pipeline::names::expression_diagnostic::expression_diagnostic;
+use crate::pipeline::settings::derived::NO_TOGGLES;
 use crate::pipeline::settings::{Evaluate, LiveSetting, Structural, names};
 use crate::work::{Deferred, Live, LiveValue};
 use umbragraph_text::diagnostic::{Code, Diagnostic, codes};
@@ -17,7 +18,12 @@ impl Evaluate for PassBuilder<'_> {
     }
 
     fn add(&mut self, diagnostic: Diagnostic, pointer: &str) {
-        let diagnostic = diagnostic.at(self.place(pointer), self.absolute(pointer));
+        let mut diagnostic = diagnostic.at(self.place(pointer), self.absolute(pointer));
+        // A literal is no expression.
+        let is_literal = self.settings.nearest(pointer).text().is_none();
+        if let Some(help) = diagnostic.help.as_mut().filter(|_| is_literal) {
+            *help = help.replace("make the expression yield", "write");
+        }
         self.shared.diagnostics.push(diagnostic);
     }
 
@@ -188,7 +194,7 @@ impl PassBuilder<'_> {
             |unknown: &UnknownName| !unknown.is_complete && self.shared.toggles.contains(&unknown.name);
         if error.unknown.as_deref().is_some_and(is_toggle) {
             diagnostic.fix = None;
-            diagnostic = diagnostic.help("expressions cannot see toggles, which change from frame to frame: give the pass \"toggle\", or make it a feature");
+            diagnostic = diagnostic.help(NO_TOGGLES);
         }
         self.shared.diagnostics.push(diagnostic);
     }

@@ -74,7 +74,11 @@ fn binding_misfits(geometry: &str, contract: &GeometryDeclaration, program: &Pro
                 let message = format!(
                     "{template} binds \"{name}\" in group {group}, which \"{geometry}\" does not provide"
                 );
-                misfits.push((message, suggestion(name, provided.keys(), section)));
+                let help = suggestion(name, provided.keys(), section);
+                misfits.push((
+                    message,
+                    format!("{help}; bindings of your own are in group 1, from @binding(20) on"),
+                ));
             }
             (Some(HostBinding::Opaque(own)), None, _) if own == type_name => {}
             (_, _, Some((members, wanted))) => {

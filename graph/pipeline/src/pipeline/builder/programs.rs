@@ -51,7 +51,11 @@ impl PassBuilder<'_> {
                 let names: Vec<&str> = known.iter().map(|axis| axis.name.as_str()).collect();
                 let message = format!("{template} has no axis \"{name}\"");
                 self.report_unknown(codes::UNKNOWN_AXIS, &at(), message, name, &names, || {
-                    format!("the axes of {template} are {}", list_of(&names))
+                    let way = templates.way_to_axis(template, name);
+                    match names[..] {
+                        [] => way,
+                        _ => format!("the axes of {template} are {}; {way}", list_of(&names)),
+                    }
                 });
                 fine = false;
                 continue;

@@ -6,7 +6,7 @@ use crate::pipeline::resource::{Resource, ResourceKind};
 use crate::pipeline::resources::history;
 use crate::pipeline::settings::evaluate::Evaluate;
 use crate::work::{ResourceHandle, Subresource, TextureRegion};
-use umbragraph_text::diagnostic::{Diagnostic, codes};
+use umbragraph_text::diagnostic::{Diagnostic, codes, list_of};
 use umbragraph_text::language::{Expr, Ref, Reference, parse_format};
 
 impl PassBuilder<'_> {
@@ -145,6 +145,13 @@ impl PassBuilder<'_> {
             let is_outside = self.shared.find(name).is_some();
             let names = names.iter().map(String::as_str).filter(|_| !is_outside);
             let names: Vec<&str> = names.collect();
+            let inside_of: Vec<String> = self
+                .shared
+                .resources
+                .iter()
+                .filter(|one| one.name.rsplit_once('.').is_some_and(|(_, last)| last == name))
+                .map(|one| format!("\"&{}\"", one.name))
+                .collect();
             let message = match is_outside {
                 true => format!("a subgraph does not see the resource \"{name}\" of the pipeline"),
                 false => format!("there is no resource \"{name}\""),
@@ -157,6 +164,9 @@ impl PassBuilder<'_> {
                 &names,
                 || match is_outside {
                     true => format!("declare \"{name}\" under its \"inputs\", and pass it through \"with\""),
+                    false if !inside_of.is_empty() && environment.is_top() => {
+                        format!("subgraphs have a resource of this name: write {}", list_of(&inside_of))
+                    }
                     false => "declare it under \"resources\"".to_owned(),
                 },
             );

@@ -11,8 +11,8 @@ use crate::pipeline::builder::host_contract;
 use crate::pipeline::program::{Program, ProgramBinding};
 use crate::pipeline::settings::evaluate::Evaluate;
 use crate::work::{BoundSlot, BoundTexture, Filter, ProgramHandle, Sampler, SlotSource};
-use umbragraph_shaders::{AxisValue, AxisValues, describe};
-use umbragraph_text::diagnostic::{codes, list_of, suggested_name};
+use umbragraph_shaders::{AxisValue, AxisValues, TypeLayout, describe};
+use umbragraph_text::diagnostic::{Diagnostic, codes, list_of, suggested_name};
 use umbragraph_text::document;
 use umbragraph_text::language::{TextureShape, Word};
 
@@ -61,7 +61,7 @@ impl PassBuilder<'_> {
             let source = match bind.get(&binding.name) {
                 Some(bind) => self.slot(&program, binding, bind, &here),
                 None if misspelt() => None,
-                None => self.default_slot(binding, geometry, &program.template, &here),
+                None => self.default_slot(&program, binding, geometry, &here),
             };
             match source {
                 Some(source) => slots.push(BoundSlot {
@@ -140,12 +140,13 @@ impl PassBuilder<'_> {
 
     pub(super) fn default_slot(
         &mut self,
+        program: &Program,
         binding: &ProgramBinding,
         geometry: Option<&str>,
-        template: &str,
         here: &str,
     ) -> Option<SlotSource> {
         use wgpu_types::{BindingType, SamplerBindingType};
+        let template = &program.template;
         match binding.entry.ty {
             BindingType::Buffer { .. } if geometry.is_some() && binding.name == "view" => {
                 Some(SlotSource::View)
@@ -163,9 +164,23 @@ impl PassBuilder<'_> {
                 self.reject(codes::UNBOUND, here, message, help)
             }
             _ => {
-                let message =
-                    format!("\"{}: {}\" of {template} is not bound", binding.name, binding.type_name);
-                self.reject(codes::UNBOUND, here, message, format!("add \"{}\" to \"bind\"", binding.name))
+                let name = &binding.name;
+                let message = format!("\"{name}: {}\" of {template} is not bound", binding.type_name);
+                let example = match (&binding.block, &binding.entry.ty) {
+                    (Some(layout @ TypeLayout::Struct { members, .. }), BindingType::Buffer { ty, .. })
+                        if *ty == wgpu_types::BufferBindingType::Uniform && members.len() <= MAX_EXAMPLE =>
+                    {
+                        format!("{{ \"values\": {} }}", example(layout))
+                    }
+                    (Some(_), _) => "\"&BUFFER\"".to_owned(),
+                    (None, _) => "\"&TEXTURE\"".to_owned(),
+                };
+                let diagnostic = Diagnostic::error(codes::UNBOUND, self.place(here), message)
+                    .pointer(self.absolute(here))
+                    .labelled(program.plain().variable(name), "declared here")
+                    .help(format!("add \"{name}\": {example} to \"bind\""));
+                self.shared.diagnostics.push(diagnostic);
+                None
             }
         }
     }
@@ -343,6 +358,20 @@ fn renamed<'b>(
         Bind::Object(_) => is_buffer,
     };
     fits.then_some((name.as_str(), binding.name.as_str()))
+}
+
+/// The maximum number of members of a block for which a help text shows values.
+const MAX_EXAMPLE: usize = 8;
+
+/// Zeros for a type of a uniform block, as JSON writes them.
+pub(super) fn example(layout: &TypeLayout) -> serde_json::Value {
+    match layout {
+        TypeLayout::Scalar { .. } => 0.into(),
+        TypeLayout::Struct { members, .. } => {
+            members.iter().map(|member| (member.name.clone(), example(&member.layout))).collect()
+        }
+        _ => vec![0; (layout.size() / 4).min(16) as usize].into(),
+    }
 }
 
 fn buffer_usage(ty: wgpu_types::BufferBindingType) -> Usage {

@@ -37,8 +37,9 @@ impl PassBuilder<'_> {
                 let (at, known) = (format!("{here}/format"), vertex_formats());
                 let known: Vec<&str> = known.iter().map(String::as_str).collect();
                 self.report_unknown(codes::HOST_CONTRACT, &at, message, format, &known, || {
-                    "vertex formats have the names of the WebGPU specification, such as \"float32x3\""
-                        .to_owned()
+                    let read = inputs.iter().find(|input| input.name == *name);
+                    let fitting = read.map_or("float32x3".to_owned(), |input| format_name(input.format));
+                    format!("vertex formats have WebGPU's names: write \"{fitting}\"")
                 });
                 sound = false;
                 continue;

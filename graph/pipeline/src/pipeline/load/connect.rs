@@ -8,7 +8,7 @@ use crate::pipeline::located::Located as _;
 use crate::pipeline::pass::Pass;
 use crate::pipeline::resource::ResourceKind;
 use crate::pipeline::state::shared::Shared;
-use crate::work::ResourceHandle;
+use crate::work::{ResourceHandle, SlotSource};
 use umbragraph_text::diagnostic::{Diagnostic, codes, list_of};
 use umbragraph_text::source::Span;
 
@@ -29,8 +29,17 @@ pub(super) fn connect(passes: &[Pass], uncertain: &BTreeSet<ResourceHandle>, sha
             let Some(Err(errors)) = block_layout(program, slot, &shared.resources) else { continue };
             for error in errors {
                 let message = format!("in \"{}\" of {}: {error}", slot.name, program.template);
-                let help = "members of a block take the published value of the same name and type";
-                shared.diagnostics.push(slot.error(codes::BLOCK_MISMATCH, message).help(help));
+                let help = "members of a block take the published value of the same name, type and number: publish \
+                            as many as the shader declares, or let the shader (its axis) have as many as are published";
+                let data = match &slot.source {
+                    SlotSource::Data { data, .. } => Some(&shared.resources[data.resource.index()]),
+                    _ => None,
+                };
+                let label = format!("\"{}\" is published here", data.map_or("", |data| data.name.as_str()));
+                let diagnostic = slot.error(codes::BLOCK_MISMATCH, message).help(help);
+                let declared = program.plain().variable(&slot.name);
+                let diagnostic = diagnostic.labelled(data.map(|data| data.place), label);
+                shared.diagnostics.push(diagnostic.labelled(declared, "the block of the shader"));
             }
         }
     }

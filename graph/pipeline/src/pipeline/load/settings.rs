@@ -51,7 +51,12 @@ impl Settings {
             .filter(|name| !parameters.contains_key(name) && !features.contains_key(name))
             .collect();
         let around = StaticScope::new(&parameters, &features).with_broken(broken.clone());
-        let taken = [("parameters", "parameter"), ("features", "feature"), ("resources", "resource")];
+        let taken = [
+            ("parameters", "parameter"),
+            ("features", "feature"),
+            ("resources", "resource"),
+            ("toggles", "toggle"),
+        ];
         let taken = taken.into_iter().flat_map(|(name, what)| {
             section(document, name).iter().map(move |entry| (entry.key.as_str(), (entry.key_span, what)))
         });
@@ -95,12 +100,18 @@ pub(super) fn check_data(document: &Document, shared: &mut Shared) {
     }
 }
 
-/// Reports names that are both a feature and a parameter.
+/// Reports names that are both a feature and a parameter, or one of these and a resource, so that an expression could
+/// mean either.
 fn check_twins(document: &Document, diagnostics: &mut Diagnostics) {
-    for entry in section(document, "features") {
-        let mut parameters = section(document, "parameters").iter();
-        if let Some(twin) = parameters.find(|other| other.key == entry.key) {
-            diagnostics.push(twin_diagnostic(entry, "feature", (twin.key_span, "parameter")));
+    for (own, what, others, other) in [
+        ("features", "feature", "parameters", "parameter"),
+        ("resources", "resource", "parameters", "parameter"),
+        ("resources", "resource", "features", "feature"),
+    ] {
+        for entry in section(document, own) {
+            if let Some(twin) = section(document, others).iter().find(|other| other.key == entry.key) {
+                diagnostics.push(twin_diagnostic(entry, what, (twin.key_span, other)));
+            }
         }
     }
 }

@@ -61,6 +61,10 @@ pub(crate) fn add(shared: &mut Shared, mut resource: Resource) {
         let of = ResourceHandle(shared.resources.len() as u32);
         resource.history = Some(History { of, back: 0, frames });
     }
+    // Of what is a history by half, nothing more is said.
+    if lifetime != Lifetime::History && !diagnostics.is_empty() {
+        resource.kind = ResourceKind::Broken;
+    }
     let environment = resource.environment.clone();
     shared.report_from(diagnostics, &environment);
     let history = resource.history;

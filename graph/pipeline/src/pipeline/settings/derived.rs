@@ -75,6 +75,10 @@ impl Scope for Names<'_> {
     }
 }
 
+/// The way out of an expression that names a toggle.
+pub(crate) const NO_TOGGLES: &str = "expressions cannot see toggles, which change from frame to frame: give the pass \
+                                     \"toggle\", or make it a feature";
+
 /// Computes the derived values of the section at the JSON pointer `pointer`, in the scope `around`. `taken` lists other
 /// declarations whose names derived values must not have, each with its place and kind.
 pub(crate) fn evaluate(
@@ -123,6 +127,11 @@ pub(crate) fn evaluate(
                 section.values.insert(entry.key.clone(), derived);
             }
             Err(mut error) => {
+                let unknown = error.unknown.as_deref().and_then(|unknown| taken.get(unknown.name.as_str()));
+                if unknown.is_some_and(|(_, what)| *what == "toggle") {
+                    error.unknown = None;
+                    error.help = Some(NO_TOGGLES.to_owned());
+                }
                 let is_size = error.unknown.as_deref().is_some_and(|unknown| {
                     let head = unknown.name.split('.').next().unwrap_or_default();
                     VIEWPORT.contains(&head) || taken.get(head).is_some_and(|(_, what)| *what == "resource")

@@ -25,7 +25,7 @@ use serde_json::Value as Json;
 
 use super::{Entry, Kind, Pointer, Signs, Value, Written};
 use crate::diagnostic::{Diagnostic, Diagnostics, MAX_DIAGNOSTICS, codes, list_of, suggested_name};
-use messages::{KNOWN_ARE, with_wrapper, wrong_type};
+use messages::{KNOWN_ARE, joined, same_key, with_wrapper, wrong_type};
 use rules::{Additional, Alternatives, Branch, Node, Required, Rules};
 
 impl Schema {
@@ -52,6 +52,15 @@ struct Checker<'a, 'd> {
 
 const MAX_REFERENCES: usize = 600;
 
+/// The known key that an unknown key is about.
+#[derive(Clone, Copy, PartialEq)]
+enum Meant<'a> {
+    /// The key under another name.
+    Key(&'a str),
+    /// The key whose object has the unknown key.
+    Within(&'a str),
+}
+
 impl<'a> Checker<'a, '_> {
     fn value(&mut self, value: &Value, node: &'a Node, pointer: &Pointer<'_>, depth: usize) {
         let outer = self.description;
@@ -66,8 +75,9 @@ impl<'a> Checker<'a, '_> {
         if depth > MAX_REFERENCES || self.diagnostics.len() >= MAX_DIAGNOSTICS {
             return;
         }
-        for keys in &rules.one_key {
-            self.exactly_one_key(value, rules, keys, pointer);
+        // One of two keys that exclude one another goes: whatever else it lacks.
+        if rules.one_key.iter().any(|keys| self.excludes(value, rules, keys, pointer)) {
+            return;
         }
         if let Some(alternatives) = &rules.alternatives {
             self.alternatives(value, alternatives, pointer, depth);
@@ -82,7 +92,17 @@ impl<'a> Checker<'a, '_> {
             let diagnostic = wrong_type(value, &wanted.names);
             let is_wanted = diagnostic.help.is_none() && !self.is_trial;
             let wrapped = if is_wanted { self.wrapped(value, rules, pointer) } else { None };
-            self.push(with_wrapper(diagnostic, value, wrapped), pointer);
+            let is_list_of_named = is_wanted
+                && matches!((&value.kind, &rules.additional), (Kind::Array(_), Additional::Like(_)));
+            let diagnostic = match pointer.to_string().rsplit('/').next() {
+                Some(section) if is_list_of_named => {
+                    let name = value.elements().and_then(|list| list.first()?.get("name")?.text());
+                    let name = name.unwrap_or("NAME");
+                    diagnostic.help(format!("\"{section}\" stand by their names: {{ \"{name}\": {{ … }} }}"))
+                }
+                _ => with_wrapper(diagnostic, value, wrapped),
+            };
+            self.push(diagnostic, pointer);
             return;
         }
         if let Some(words) = &rules.words {
@@ -130,29 +150,18 @@ impl<'a> Checker<'a, '_> {
             match &rules.additional {
                 Additional::Any => {}
                 Additional::Like(rule) => self.value(&entry.value, rule, &at, depth + 1),
-                Additional::None => {
-                    let known: Vec<&str> = rules.properties.iter().map(|(key, _)| key.as_str()).collect();
-                    let mut diagnostic = unknown_key(entry, &known, entries);
-                    let owner = entries.iter().find(|owner| {
-                        let inner = rules.property(&owner.key).and_then(|node| self.schema.rules(node));
-                        let is_object = owner.value.entries().is_some();
-                        is_object && inner.is_some_and(|inner| inner.property(&entry.key).is_some())
-                    });
-                    if let (Some(owner), None) = (owner, &diagnostic.fix) {
-                        let help =
-                            format!("\"{}\" stands within \"{}\": move it there", entry.key, owner.key);
-                        diagnostic.help = Some(help);
-                    }
-                    self.push(diagnostic, &at);
-                }
+                Additional::None => self.unknown(entry, entries, rules, &at),
             }
         }
         self.misplaced = misplaced;
         for required in rules.required.iter().filter(|required| value.get(&required.key).is_none()) {
             // A misspelt key is reported as such; that the right one is missing only follows from it.
-            let misspelt = entries.iter().any(|entry| {
-                rules.property(&entry.key).is_none()
-                    && suggested_name(&entry.key, [required.key.as_str()]).is_some()
+            let misspelt = entries.iter().filter(|entry| rules.property(&entry.key).is_none()).any(|entry| {
+                suggested_name(&entry.key, [required.key.as_str()]).is_some()
+                    || self.meant(entry, entries, rules).is_some_and(|meant| {
+                        let (Meant::Key(key) | Meant::Within(key)) = meant;
+                        key == required.key
+                    })
             });
             // A key that stands beside the object has a diagnostic there.
             if !misspelt && !self.misplaced.contains(&required.key) {
@@ -170,6 +179,75 @@ impl<'a> Checker<'a, '_> {
         }
     }
 
+    /// Returns the known key that an unknown key is about; `None` if it is about none, or only misspelt.
+    fn meant(&self, entry: &Entry, entries: &[Entry], rules: &'a Rules) -> Option<Meant<'a>> {
+        let keys = || rules.properties.iter().map(|(key, _)| key.as_str());
+        if let Some(same) = same_key(&entry.key, keys()) {
+            return Some(Meant::Key(same));
+        }
+        let holds = |key: &&str| {
+            let inner = rules.property(key).and_then(|node| self.schema.rules(node));
+            let owner = entries.iter().find(|owner| owner.key == **key);
+            let can_own = match owner {
+                Some(owner) => owner.value.entries().is_some(),
+                None => rules.required.iter().any(|required| required.key == **key),
+            };
+            can_own && inner.is_some_and(|inner| inner.property(&entry.key).is_some())
+        };
+        let owner = keys().find(holds)?;
+        suggested_name(&entry.key, keys()).is_none().then_some(Meant::Within(owner))
+    }
+
+    /// Reports an unknown key. Several keys that are about one known key have one diagnostic, at the first of them.
+    fn unknown(&mut self, entry: &Entry, entries: &[Entry], rules: &'a Rules, pointer: &Pointer<'_>) {
+        let meant = self.meant(entry, entries, rules);
+        let is_twin = |other: &&Entry| {
+            let is_unknown = rules.property(&other.key).is_none();
+            is_unknown && meant.is_some() && self.meant(other, entries, rules) == meant
+        };
+        let twins: Vec<&Entry> = entries.iter().filter(is_twin).collect();
+        if twins.first().is_some_and(|first| first.key_span != entry.key_span) {
+            return;
+        }
+        let known: Vec<&str> = rules.properties.iter().map(|(key, _)| key.as_str()).collect();
+        let mut diagnostic = unknown_key(entry, &known, entries);
+        for twin in twins.iter().skip(1) {
+            diagnostic = diagnostic.related(twin.key_span, "this too");
+        }
+        let is_there = |key: &str| entries.iter().any(|entry| entry.key == key);
+        let names = || list_of(twins.iter().map(|twin| format!("\"{}\"", twin.key)));
+        match meant {
+            Some(Meant::Key(key)) if diagnostic.has_suggestion() => {
+                if let Some(value) = joined(&twins) {
+                    diagnostic =
+                        diagnostic.help(format!("\"{key}\" stands for {}: \"{key}\": {value}", names()));
+                } else if twins.len() > 1 {
+                    diagnostic = diagnostic.help(format!("\"{key}\" stands for {}", names()));
+                }
+                if let ([one], false) = (&twins[..], is_there(key))
+                    && rules.property(key).is_some_and(|node| self.fits(&one.value, node, pointer))
+                {
+                    diagnostic = diagnostic.fix(one.key_span, format!("\"{key}\""));
+                }
+            }
+            Some(Meant::Within(key)) if is_there(key) => {
+                diagnostic = diagnostic.help(format!("{} stands within \"{key}\": move it there", names()));
+            }
+            Some(Meant::Within(key)) => {
+                diagnostic = diagnostic.help(format!("{} stands within \"{key}\": {{ … }}", names()));
+                if let ([first, .., last] | [first @ last], true) = (&twins[..], twins.len() == entries.len())
+                {
+                    let end = last.value.span.range().len();
+                    diagnostic = diagnostic
+                        .fix(first.key_span.inside(0..0), format!("\"{key}\": {{ "))
+                        .fix(last.value.span.inside(end..end), " }");
+                }
+            }
+            _ => {}
+        }
+        self.push(diagnostic, pointer);
+    }
+
     /// Returns the words that a value can be; empty if it can be something else than a word.
     fn words_of(&self, node: &'a Node) -> Vec<&'a str> {
         let Some(rules) = self.schema.rules(node) else { return Vec::new() };
@@ -179,9 +257,10 @@ impl<'a> Checker<'a, '_> {
     }
 
     /// Checks that an object has exactly one of the keys `keys`. If the object has none of them but an unknown key,
-    /// nothing is reported here: the unknown key is probably misspelt, and is reported itself.
-    fn exactly_one_key(&mut self, value: &Value, rules: &Rules, keys: &[String], pointer: &Pointer<'_>) {
-        let Some(entries) = value.entries() else { return };
+    /// nothing is reported here: the unknown key is probably misspelt, and is reported itself. Returns `true` if the
+    /// object has several.
+    fn excludes(&mut self, value: &Value, rules: &Rules, keys: &[String], pointer: &Pointer<'_>) -> bool {
+        let Some(entries) = value.entries() else { return false };
         let mut found = entries.iter().filter(|entry| keys.contains(&entry.key));
         match (found.next(), found.next()) {
             (Some(_), None) => {}
@@ -192,6 +271,7 @@ impl<'a> Checker<'a, '_> {
                     .related(first.key_span, "the first of the two")
                     .help("make it two, one for each");
                 self.push(diagnostic, &pointer.key(&second.key));
+                return true;
             }
             (None, _) => {
                 if entries.iter().all(|entry| rules.property(&entry.key).is_some()) {
@@ -202,6 +282,7 @@ impl<'a> Checker<'a, '_> {
                 }
             }
         }
+        false
     }
 
     /// Returns the text to put before and after a value of the wrong type, so that it fits: brackets of a list, or an
@@ -270,7 +351,12 @@ impl<'a> Checker<'a, '_> {
         };
         if let Some(limit) = broken {
             let message = format!("this list has {length} elements: {limit} are wanted");
-            self.push(Diagnostic::error(codes::OUT_OF_BOUNDS, value.span, message), pointer);
+            let diagnostic = Diagnostic::error(codes::OUT_OF_BOUNDS, value.span, message);
+            let ones = ", 1".repeat(3_usize.saturating_sub(length));
+            let written = value.to_json().to_string().replace(',', ", ");
+            let is_count = pointer.to_string().ends_with("/workgroups") && (1..3).contains(&length);
+            let help = is_count.then(|| format!("write {}{ones}]", written.trim_end_matches(']')));
+            self.push(Diagnostic { help, ..diagnostic }, pointer);
         }
     }
 

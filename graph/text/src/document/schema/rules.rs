@@ -238,8 +238,10 @@ impl<'a> Maker<'a> {
                 key: key.to_owned(),
                 description: properties
                     .and_then(|properties| properties.get(key))
-                    .and_then(|property| resolve(property, self.root).or(Some(property)))
-                    .and_then(|property| property.get("description"))
+                    .and_then(|property| {
+                        let named = resolve(property, self.root)?;
+                        property.get("description").or_else(|| named.get("description"))
+                    })
                     .and_then(Json::as_str)
                     .map(first_sentence),
             })
