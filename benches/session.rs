@@ -5,7 +5,6 @@
 //! for a string, 2 ms for a comment, 100 ms for 10,000 passes). Times are the minimum of several runs; each is another
 //! edit. The lines after them time each step of an answer that reads everything again.
 
-use std::fmt::Write as _;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -16,6 +15,8 @@ use umbragraph::low_level::session::{Choice, Session, Target};
 use umbragraph::low_level::shader::{ShaderCache, TargetProfile};
 use umbragraph::{DiskStorage, with_templates};
 
+#[path = "chain.rs"]
+mod chain;
 #[path = "measure.rs"]
 mod measure;
 
@@ -25,7 +26,7 @@ fn main() {
     let awsm = std::fs::read_to_string("pipelines/awsm.json").expect("the workspace is the working folder");
     let string = |at: usize| awsm.replacen("\"name\": \"", &format!("\"name\": \"x{at}"), 1);
     let comment = |at: usize| format!("// {at}\n{awsm}");
-    let many = chain(10_000);
+    let many = chain::chain(10_000);
     let pass = |at: usize| many.replacen("one of a chain", &format!("one of {at}"), 1);
     let edited = [
         edits("one string of `awsm.json`", "pipelines/awsm.json", &awsm, &string, 20),
@@ -102,35 +103,4 @@ fn steps(path: &str, text: &str, edit: &dyn Fn(usize) -> String) -> [f64; 5] {
         }
     }
     least
-}
-
-/// Returns a chain of full-screen passes: each reads the output of the previous one.
-fn chain(count: usize) -> String {
-    let (mut resources, mut passes) = (String::new(), String::new());
-    for at in 0..count {
-        let last = at + 1 == count;
-        let to = if last { "target".to_owned() } else { format!("r{at}") };
-        if !last {
-            let format = "\"format\": \"rgba8unorm\", \"size\": \"=viewport\"";
-            let _ = writeln!(resources, "    \"{to}\": {{ \"texture\": {{ {format} }} }},");
-        }
-        let shader = match at.checked_sub(1) {
-            None => "\"shader\": \"gradient.wgsl.jinja\"".to_owned(),
-            Some(before) => format!(
-                "\"shader\": \"tonemap.wgsl.jinja\", \"axes\": {{ \"debug_view\": \"shadow_term\" }}, \
-                 \"bind\": {{ \"source\": \"&r{before}\" }}"
-            ),
-        };
-        let comma = if last { "" } else { "," };
-        let _ = writeln!(
-            passes,
-            "    \"p{at}\": {{ \"description\": \"one of a chain\", \
-             \"fullscreen\": {{ {shader}, \"color\": [{{ \"to\": \"&{to}\" }}] }} }}{comma}"
-        );
-    }
-    let target =
-        r#""target": { "texture": { "format": "rgba8unorm", "size": "=viewport", "lifetime": "imported" } }"#;
-    format!(
-        "{{\n  \"format\": 1, \"name\": \"chain\",\n  \"resources\": {{\n{resources}    {target}\n  }},\n  \"passes\": {{\n{passes}  }}\n}}\n"
-    )
 }

@@ -54,7 +54,10 @@ fn treat(path: &Path, arguments: &FmtArguments, sources: &mut Sources) -> Result
     let is_canonical = edits.is_empty() && bytes.len() == text.len();
     if arguments.check {
         if !is_canonical {
-            print(&format!("{}\n", sources.get(file).map_or("", |file| file.name())));
+            let name = sources.get(file).map_or("", |file| file.name());
+            print(&format!("{name}\n"));
+            let laid_out = edits.apply(&text).unwrap_or_default();
+            complain(&difference(name, &text, &laid_out));
         }
     } else if is_input {
         print_contents(edits.apply(&text).unwrap_or_default().as_bytes());
@@ -62,6 +65,28 @@ fn treat(path: &Path, arguments: &FmtArguments, sources: &mut Sources) -> Result
         replace(path, text)?;
     }
     Ok(is_canonical)
+}
+
+/// Describes the first line of a text that is laid out otherwise: both lines, with their number.
+fn difference(name: &str, text: &str, laid_out: &str) -> String {
+    let (mut old, mut new) = (text.split_inclusive('\n'), laid_out.split_inclusive('\n'));
+    for number in 1.. {
+        let (is, wanted) = match (old.next(), new.next()) {
+            (None, None) => break,
+            (is, wanted) if is == wanted => continue,
+            lines => lines,
+        };
+        // What differs may not be seen, such as the end of a line.
+        let shown = |sign, line: Option<&str>| {
+            let line = line.map(|line| line.strip_suffix('\n').unwrap_or(line).replace('\r', "\\r"));
+            line.map(|line| format!("{sign} {line}\n")).unwrap_or_default()
+        };
+        let (is_shown, wanted_shown) = (shown('-', is), shown('+', wanted));
+        let is_end = is_shown.get(1..) == wanted_shown.get(1..);
+        let end = if is_end { "\\ the last line has no line end\n" } else { "" };
+        return format!("{name}:{number}\n{is_shown}{wanted_shown}{end}");
+    }
+    format!("{name}: begins with a byte-order mark\n")
 }
 
 /// Reads a file. Returns its identifier and its bytes, which may begin with a byte-order mark that the text lacks.

@@ -36,6 +36,20 @@ async function choose({ pipeline }, refresh) {
   }
 }
 
+// The editor's JSON service says what the schema says, and so does the server: each help and each key would be there
+// twice. A file that names the schema gets a language of its own, which leaves it to the server.
+const SCHEMA = /"\$schema"\s*:\s*"[^"]*pipeline\.schema\.json"/;
+
+function claim(context, patterns) {
+  const take = (document) => {
+    const isJson = document.languageId === "json" || document.languageId === "jsonc";
+    const isOurs = () => patterns.some((pattern) => vscode.languages.match({ scheme: "file", pattern }, document));
+    if (isJson && isOurs() && SCHEMA.test(document.getText())) vscode.languages.setTextDocumentLanguage(document, "umbragraph");
+  };
+  vscode.workspace.textDocuments.forEach(take);
+  context.subscriptions.push(vscode.workspace.onDidOpenTextDocument(take));
+}
+
 function wgsl(context, patterns) {
   const changed = new vscode.EventEmitter();
   let timer;
@@ -107,7 +121,7 @@ exports.activate = (context) => {
   });
   context.subscriptions.push(client);
   wgsl(context, patterns);
-  return client.start().catch((error) => {
+  return client.start().then(() => claim(context, patterns)).catch((error) => {
     const asked = `\`${server.command} lsp\` does not start. Set "umbragraph.command" to the command's path.`;
     vscode.window.showErrorMessage(`${asked} ${error.message}`);
     throw error;

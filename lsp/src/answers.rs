@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use lsp_types::request::{
     CodeActionRequest, CodeLensRequest, ColorPresentationRequest, Completion, DocumentColor,
@@ -28,7 +29,7 @@ use crate::renames;
 use crate::templates::{self, Template, is_axes};
 use crate::workspace::{Workspace, document_path, is_document, range, source};
 use umbragraph_graph::diagnostic::Fix;
-use umbragraph_graph::document::format;
+use umbragraph_graph::document::{Parsed, format};
 use umbragraph_graph::edit::Edit;
 use umbragraph_graph::model::DeclarationKind;
 use umbragraph_graph::source::{FileId, SourceFile, Span};
@@ -51,12 +52,12 @@ pub(crate) fn answer(workspace: &mut Workspace, method: &str, params: Json) -> O
             if let Some(Template::Wgsl(file)) = Template::of(workspace, &params.text_document) {
                 return Some(templates::symbols(workspace, file));
             }
-            let (file, document) = of_document(workspace, &params.text_document)?;
-            Some(outline::symbols(&document.root, source(workspace, file)?, workspace.encoding))
+            let (file, parsed) = of_document(workspace, &params.text_document)?;
+            Some(outline::symbols(&parsed.document.root, source(workspace, file)?, workspace.encoding))
         }),
         SemanticTokensFullRequest::METHOD => with(params, |params: SemanticTokensParams| {
-            let (file, document) = of_document(workspace, &params.text_document)?;
-            Some(outline::tokens(&document.root, source(workspace, file)?, workspace.encoding))
+            let (file, parsed) = of_document(workspace, &params.text_document)?;
+            Some(outline::tokens(&parsed.document.root, source(workspace, file)?, workspace.encoding))
         }),
         InlayHintRequest::METHOD => with(params, |params| hints(workspace, &params)),
         DocumentColor::METHOD => with(params, |params| colors::colors(workspace, &params)),
@@ -117,7 +118,7 @@ impl Asked {
 fn of_document(
     workspace: &mut Workspace,
     document: &TextDocumentIdentifier,
-) -> Option<(FileId, umbragraph_graph::document::Document)> {
+) -> Option<(FileId, Arc<Parsed>)> {
     let path = document_path(&document.uri)?;
     if !is_axes(&path) {
         workspace.target(Some(&path).filter(|path| is_document(path))?)?;
@@ -136,10 +137,11 @@ fn completion(workspace: &mut Workspace, params: CompletionParams) -> Option<Vec
         }
     };
     let range = range(workspace, expected.replaced)?;
-    Some(expected.candidates.into_iter().map(|candidate| item(candidate, range)).collect())
+    let candidates = expected.candidates.into_iter().enumerate();
+    Some(candidates.map(|(place, candidate)| item(candidate, place, range)).collect())
 }
 
-fn item(candidate: Candidate, range: Range) -> CompletionItem {
+fn item(candidate: Candidate, place: usize, range: Range) -> CompletionItem {
     let Candidate { kind, label, text, detail, description } = candidate;
     let kind = match kind {
         CandidateKind::Key => CompletionItemKind::PROPERTY,
@@ -159,6 +161,8 @@ fn item(candidate: Candidate, range: Range) -> CompletionItem {
         kind: Some(kind),
         detail,
         documentation: description.map(|text| Documentation::MarkupContent(markdown(text))),
+        // Clients sort by label otherwise: what the file declares itself comes before what it inherits.
+        sort_text: Some(format!("{place:05}")),
         filter_text: Some(text.trim_start_matches(", ").to_owned()),
         text_edit: Some(CompletionTextEdit::Edit(TextEdit { range, new_text: text })),
         ..CompletionItem::default()

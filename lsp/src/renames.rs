@@ -115,8 +115,8 @@ fn in_documents(
     let mut next = Asked::of(workspace, at);
     let declared =
         next.as_ref().and_then(|asked| workspace.sure(|session| session.declared(&asked.cursor())));
-    let (mut renamed, mut done) = (Renamed::new(), BTreeSet::new());
-    while let Some(asked) = next {
+    let (mut renamed, mut done, mut tried) = (Renamed::new(), BTreeSet::new(), BTreeSet::new());
+    while let (Some(asked), Some(one)) = (next, &declared) {
         let edits = workspace.sure(|session: &mut Session| session.rename(&asked.cursor(), new));
         let edits = edits.transpose().map_err(|error| {
             let path = asked.target.path.display();
@@ -124,7 +124,7 @@ fn in_documents(
         })?;
         add(&mut renamed, edits.unwrap_or_default());
         done.insert(asked.target);
-        next = further(workspace, &renamed, &done);
+        next = further(workspace, one, &renamed, (&done, &mut tried));
     }
     let section = |one: &Declaration| match one.kind {
         DeclarationKind::Parameter if one.owner.is_none() => Some("parameters"),
@@ -141,17 +141,31 @@ fn in_documents(
     Ok(renamed)
 }
 
-/// Finds a pipeline that reads an edited file and is not in `done`. Returns the position of an edit in that file, at
-/// which to repeat the rename; `None` if no such pipeline is left.
-fn further(workspace: &mut Workspace, renamed: &Renamed, done: &BTreeSet<Target>) -> Option<Asked> {
-    for (path, edits) in renamed {
-        let path = PathBuf::from(path);
-        // An insertion names nothing.
-        let Some((&(offset, _), _)) = edits.iter().find(|((start, end), _)| start < end) else { continue };
-        let targets = workspace.readers_of(&path).into_iter().map(Target::new);
-        if let Some(target) = targets.into_iter().find(|target| !done.contains(target)) {
-            let choice = workspace.choice(&target);
-            return Some(Asked { path, offset, target, choice });
+/// Finds a pipeline that reads an edited file and is not in `done`. Returns the position of an edit at which that
+/// pipeline has the same name, and at which to repeat the rename; `None` if no such pipeline is left. What another file
+/// replaces there is in no pipeline, so an edit may lead nowhere; those that do are added to `tried`.
+fn further(
+    workspace: &mut Workspace,
+    declared: &Declaration,
+    renamed: &Renamed,
+    (done, tried): (&BTreeSet<Target>, &mut BTreeSet<(Target, String, usize)>),
+) -> Option<Asked> {
+    for (name, edits) in renamed {
+        let path = PathBuf::from(name);
+        for target in workspace.readers_of(&path).into_iter().map(Target::new) {
+            // An insertion names nothing.
+            for (start, _) in edits.keys().filter(|(start, end)| start < end) {
+                if done.contains(&target) || !tried.insert((target.clone(), name.clone(), *start)) {
+                    continue;
+                }
+                let choice = workspace.choice(&target);
+                let (path, target, offset) = (path.clone(), target.clone(), *start);
+                let asked = Asked { path, offset, target, choice };
+                let found = workspace.sure(|session| session.declared(&asked.cursor()));
+                if found.is_some_and(|one| (one.kind, &one.name) == (declared.kind, &declared.name)) {
+                    return Some(asked);
+                }
+            }
         }
     }
     None

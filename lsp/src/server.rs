@@ -14,7 +14,8 @@ use lsp_types::notification::{
     DidSaveTextDocument, Notification as _, PublishDiagnostics, ShowMessage,
 };
 use lsp_types::request::{
-    CodeLensRefresh, Initialize, InlayHintRefreshRequest, RegisterCapability, Request as _, Shutdown,
+    CodeLensRefresh, Completion, Formatting, HoverRequest, Initialize, InlayHintRefreshRequest,
+    RegisterCapability, Request as _, SemanticTokensFullRequest, Shutdown,
 };
 use lsp_types::{
     DidChangeTextDocumentParams, DidChangeWatchedFilesParams, DidCloseTextDocumentParams,
@@ -31,6 +32,10 @@ use umbragraph_session::{Cancel, Judges, Session};
 
 /// The glob pattern of the files that the client watches on disk: JSON documents and shader templates.
 const WATCHED: &str = "**/*.{json,jsonc,jinja}";
+
+/// The requests that are answered before changed pipelines are planned.
+const WITHOUT_PLAN: [&str; 4] =
+    [Completion::METHOD, HoverRequest::METHOD, SemanticTokensFullRequest::METHOD, Formatting::METHOD];
 
 /// A language server for one client, without a connection: it turns each received message into messages to send.
 pub struct Server {
@@ -187,9 +192,11 @@ impl Server {
     }
 
     fn answer(&mut self, request: Request) -> Response {
-        // What is asked is asked of the texts as they are, and so are fixes.
-        self.publish_changes();
         let Request { id, method, params } = request;
+        // Fixes are of the texts as they are. While one types, diagnostics can wait for what needs no plan.
+        if !WITHOUT_PLAN.contains(&method.as_str()) {
+            self.publish_changes();
+        }
         let answered = answers::answer(&mut self.workspace, &method, params);
         for message in std::mem::take(&mut self.workspace.warnings) {
             let params = ShowMessageParams { typ: MessageType::WARNING, message };

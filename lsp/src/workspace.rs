@@ -5,16 +5,18 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use lsp_types::{DiagnosticRelatedInformation, DiagnosticSeverity, Location, NumberOrString, Range, Uri};
 
 use serde_json::{Map, Value as Json};
 
 use crate::position::{Encoding, is_whole, path_of, uri_of};
+use crate::templates::is_axes;
 use umbragraph_graph::compiler::PlanOptions;
 use umbragraph_graph::compose::read_bytes;
 use umbragraph_graph::diagnostic::{Diagnostic, Diagnostics, Place, Severity};
-use umbragraph_graph::document::{Document, Entry, Kind};
+use umbragraph_graph::document::{Document, Entry, Kind, Parsed};
 use umbragraph_graph::pipeline::{FileKind, claimed_profiles};
 use umbragraph_graph::shader::TargetProfile;
 use umbragraph_graph::source::{FileId, SourceFile, Span};
@@ -22,6 +24,8 @@ use umbragraph_session::{Cancel, Cancelled, Choice, Judges, Loaded, Session, Sur
 
 /// The maximum number of JSON files that the search for pipelines finds in all workspace folders together.
 const MAX_FILES: usize = 2_000;
+/// The maximum number of pipelines with which a template is checked while no document of one is open.
+const MAX_USERS: usize = 4;
 /// The maximum nesting depth of folders that the search for pipelines enters, below a workspace folder.
 const MAX_DEPTH: usize = 12;
 /// The maximum size, in bytes, of a file that the search for pipelines reads.
@@ -48,6 +52,9 @@ pub(crate) struct Workspace {
     readers: Option<BTreeMap<PathBuf, BTreeSet<PathBuf>>>,
     /// The pipeline whose diagnostics a document shows, by the path of the document.
     targets: BTreeMap<PathBuf, Target>,
+    /// The pipelines whose diagnostics an open template shows, by the path of the template: those of open documents
+    /// that use it, or else some of the workspace. A template that none uses stands for itself.
+    users: BTreeMap<PathBuf, Vec<Target>>,
     /// The diagnostics of each pipeline, by the path of the file that shows them.
     found: BTreeMap<Target, BTreeMap<PathBuf, Vec<Found>>>,
     /// The paths of files that changed since the diagnostics of their pipelines were last updated.
@@ -74,6 +81,7 @@ impl Workspace {
             open: BTreeMap::new(),
             readers: None,
             targets: BTreeMap::new(),
+            users: BTreeMap::new(),
             found: BTreeMap::new(),
             changed: BTreeSet::new(),
             unchecked: BTreeSet::new(),
@@ -100,6 +108,7 @@ impl Workspace {
     /// Registers a document that the editor opened. Finds its pipeline at once, since text typed later may be invalid.
     pub(crate) fn open(&mut self, path: &Path, text: String) {
         self.targets.remove(path);
+        self.users.clear();
         self.write(path, text);
         if is_document(path) {
             self.target(path);
@@ -115,6 +124,7 @@ impl Workspace {
     pub(crate) fn close(&mut self, path: &Path) {
         self.session.close(path);
         self.open.remove(path);
+        self.users.clear();
         self.changed.insert(path.to_owned());
     }
 
@@ -127,6 +137,7 @@ impl Workspace {
         self.changed.insert(path.to_owned());
         if is_document(path) && self.readers.is_some() {
             self.compose(path);
+            self.users.clear();
         }
     }
 
@@ -179,8 +190,8 @@ impl Workspace {
         let mut files = self.documents();
         files.retain(has_word);
         files.retain(|path| {
-            let Some((FileKind::Parameters, document)) = self.kind(path) else { return false };
-            let named = document.root.get(section);
+            let Some((FileKind::Parameters, parsed)) = self.kind(path) else { return false };
+            let named = parsed.document.root.get(section);
             named.is_some_and(|named| named.get(key).is_some() || named.text() == Some(key))
         });
         files
@@ -197,11 +208,11 @@ impl Workspace {
         }
     }
 
-    /// Returns the kind of a file, and the valid part of its document. `None` if the file cannot be read or may be
+    /// Returns the kind of a file, and what its text was parsed to. `None` if the file cannot be read or may be
     /// unrelated to pipelines.
-    fn kind(&mut self, path: &Path) -> Option<(FileKind, Document)> {
-        let (_, document) = self.session.parsed(path)?;
-        Some((kind_of(&document)?, document))
+    fn kind(&mut self, path: &Path) -> Option<(FileKind, Arc<Parsed>)> {
+        let (_, parsed) = self.session.parsed(path)?;
+        Some((kind_of(&parsed.document)?, parsed))
     }
 
     /// Records which files a pipeline reads. If the pipeline cannot be composed, the files recorded before are kept as
@@ -255,16 +266,16 @@ impl Workspace {
         let target = self.target(path);
         let is_whole = |entry: &Entry| !matches!(entry.value.kind, Kind::Missing);
         target.or_else(|| {
-            let (_, document) = self.session.parsed(path)?;
-            let is_new = !document.root.entries().unwrap_or_default().iter().any(is_whole);
+            let (_, parsed) = self.session.parsed(path)?;
+            let is_new = !parsed.document.root.entries().unwrap_or_default().iter().any(is_whole);
             is_new.then(|| Target::new(path))
         })
     }
 
     fn is_right(&mut self, target: &Target) -> bool {
         let kind = self.kind(&target.path);
-        kind.is_some_and(|(kind, document)| {
-            kind == FileKind::Pipeline && document.root.get("passes").is_some()
+        kind.is_some_and(|(kind, parsed)| {
+            kind == FileKind::Pipeline && parsed.document.root.get("passes").is_some()
         }) && !self.planned(target).has_errors()
     }
 
@@ -315,11 +326,13 @@ impl Workspace {
     fn tell_once(&mut self) -> BTreeSet<PathBuf> {
         let changed = std::mem::take(&mut self.changed);
         let is_of_templates = changed.iter().any(|path| is_template(path));
+        let of_templates = self.of_open_templates();
         let mut targets: BTreeSet<Target> =
             changed.iter().filter_map(|path| self.targets.get(path)).cloned().collect();
         let open: Vec<PathBuf> = self.open.keys().filter(|path| is_document(path)).cloned().collect();
-        for path in open {
-            let Some(target) = self.target(&path) else { continue };
+        let told = open.into_iter().filter_map(|path| Some((self.target(&path)?, Some(path))));
+        let told: Vec<_> = told.collect();
+        for (target, path) in told.into_iter().chain(of_templates.into_iter().map(|target| (target, None))) {
             let reads = |path: &PathBuf| {
                 self.readers
                     .as_ref()
@@ -327,7 +340,11 @@ impl Workspace {
                     .is_some_and(|of| of.contains(&target.path))
             };
             let is_new = !self.found.contains_key(&target);
-            if is_new || is_of_templates || changed.contains(&path) || changed.iter().any(reads) {
+            if is_new
+                || is_of_templates
+                || path.is_some_and(|path| changed.contains(&path))
+                || changed.iter().any(reads)
+            {
                 targets.insert(target);
             }
         }
@@ -347,15 +364,47 @@ impl Workspace {
 
     /// The pipelines whose diagnostics are published.
     pub(crate) fn told(&self) -> Vec<Target> {
-        self.found.keys().cloned().collect()
+        self.found.keys().filter(|target| !is_template(&target.path)).cloned().collect()
     }
 
-    /// Returns `true` if an open document shows the diagnostics of this pipeline.
+    /// Returns `true` if an open document or template shows the diagnostics of this pipeline.
     fn is_wanted(&self, target: &Target) -> bool {
+        let is_of_template =
+            |(path, users): (&PathBuf, &Vec<Target>)| self.open.contains_key(path) && users.contains(target);
+        self.is_of_document(target) || self.users.iter().any(is_of_template)
+    }
+
+    fn is_of_document(&self, target: &Target) -> bool {
         self.targets.iter().any(|(path, known)| known == target && self.open.contains_key(path))
     }
 
+    /// Returns the pipelines whose diagnostics the open templates show.
+    fn of_open_templates(&mut self) -> BTreeSet<Target> {
+        let is_wgsl = |path: &&PathBuf| is_template(path) && !is_axes(path);
+        let open: Vec<PathBuf> = self.open.keys().filter(is_wgsl).cloned().collect();
+        for path in &open {
+            let file = path.to_str().and_then(|name| self.session.template_file(name));
+            let Some(file) = file.filter(|_| !self.users.contains_key(path)) else { continue };
+            let mut users = self.pipelines();
+            users.retain(|target| self.sure(|session| session.uses_template(target, file)));
+            if users.iter().any(|target| self.is_of_document(target)) {
+                users.retain(|target| self.is_of_document(target));
+            }
+            users.truncate(MAX_USERS);
+            if users.is_empty() {
+                users.push(Target::new(path));
+            }
+            self.users.insert(path.clone(), users);
+        }
+        open.iter().filter_map(|path| self.users.get(path)).flatten().cloned().collect()
+    }
+
     fn tell_of(&mut self, target: &Target) -> BTreeSet<PathBuf> {
+        if is_template(&target.path) {
+            let file = target.path.to_str().and_then(|name| self.session.template_file(name));
+            let diagnostics = file.map(|file| self.session.check_template(file));
+            return self.replace(target, Some(diagnostics.unwrap_or_default()));
+        }
         let part = self.session.check_part(&target.path);
         let diagnostics = match part {
             Some((_, diagnostics)) => diagnostics,

@@ -158,7 +158,7 @@ impl compose::Files for Reader<'_> {
     }
 
     fn recover(&mut self, file: FileId, sources: &Sources) -> Document {
-        self.files.parsed(file, sources, self.done, |parsed| parsed.document.clone())
+        self.files.parsed(file, sources, self.done).document.clone()
     }
 
     fn has_scheme(&self, scheme: &str) -> bool {

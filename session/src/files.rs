@@ -93,7 +93,7 @@ struct Known {
     revision: u64,
     /// The document parsed from the settled text, which cached results are based on; `None` until the document is
     /// needed.
-    parsed: Option<Parsed>,
+    parsed: Option<Arc<Parsed>>,
     /// The tokens of the settled text, which cached results are based on; `None` until the tokens are needed.
     tokens: Option<Vec<Token>>,
     /// The tokens of the current text if its comments or layout differ from the settled text; otherwise `None`.
@@ -220,24 +220,23 @@ impl FileTable {
         sources: &Sources,
         done: &mut Done,
     ) -> Result<Document, Diagnostics> {
-        self.parsed(file, sources, done, |parsed| parsed.clone().valid())
+        let parsed = self.parsed(file, sources, done);
+        if parsed.diagnostics.is_empty() {
+            Ok(parsed.document.clone())
+        } else {
+            Err(parsed.diagnostics.clone())
+        }
     }
 
-    /// Calls `answer` with the document parsed from a file's settled text, even if parts of the text are invalid.
-    pub(crate) fn parsed<T>(
-        &mut self,
-        file: FileId,
-        sources: &Sources,
-        done: &mut Done,
-        answer: impl FnOnce(&Parsed) -> T,
-    ) -> T {
+    /// Returns what a file's settled text was parsed to, even if parts of the text are invalid.
+    pub(crate) fn parsed(&mut self, file: FileId, sources: &Sources, done: &mut Done) -> Arc<Parsed> {
         let mut parse = || {
             done.parsed += 1;
-            document::parse(sources, file)
+            Arc::new(document::parse(sources, file))
         };
         match self.paths.get(&file).and_then(|path| self.known.get_mut(path)) {
-            Some(known) => answer(known.parsed.get_or_insert_with(parse)),
-            None => answer(&parse()),
+            Some(known) => known.parsed.get_or_insert_with(parse).clone(),
+            None => parse(),
         }
     }
 

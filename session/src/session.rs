@@ -184,7 +184,7 @@ impl Session {
         self.read_templates().own.clone()
     }
 
-    fn read_templates(&mut self) -> Arc<Templates> {
+    pub(crate) fn read_templates(&mut self) -> Arc<Templates> {
         match &self.templates {
             Some(known) if !self.has_other_list && known.is_current(&self.files) => known.clone(),
             _ => {

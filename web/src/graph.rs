@@ -103,8 +103,9 @@ impl Project {
             kinds.map(|kind| json!({ "kind": kind, "description": described(kind) })).collect();
         let mut files = Vec::new();
         for path in self.paths() {
-            let Some((_, document)) = self.session.parsed(Path::new(&path)) else { continue };
-            if kind_of(&document) == Some(FileKind::Subgraph) {
+            let Some((_, parsed)) = self.session.parsed(Path::new(&path)) else { continue };
+            let document = &parsed.document;
+            if kind_of(document) == Some(FileKind::Subgraph) {
                 let description = document.root.get("description").and_then(|words| words.text());
                 files.push(json!({ "kind": path, "description": description }));
             }

@@ -68,6 +68,19 @@ fn check_lists_what_would_change_and_writes_nothing() {
 }
 
 #[test]
+fn check_shows_the_first_line_that_differs() {
+    let says = |input: &str| text(&fmt(&["--check", "-"], input.as_bytes()).stderr);
+    let wide = PRETTY.replace("\"b\": [1, 2]", "\"b\": [1,2]");
+    assert_eq!(says(&wide), "<standard input>:3\n-   \"b\": [1,2]\n+   \"b\": [1, 2]\n");
+    let one_end = "- }\n+ }\n\\ the last line has no line end\n";
+    assert_eq!(says(PRETTY.trim_end()), format!("<standard input>:4\n{one_end}"));
+    assert_eq!(says(&format!("\u{feff}{PRETTY}")), "<standard input>: begins with a byte-order mark\n");
+    let windows = says(&PRETTY.replacen('\n', "\r\n", 1));
+    assert!(windows.starts_with("<standard input>:1\n- {\\r\n+ {\n"), "{windows}");
+    assert_eq!(says(PRETTY), "");
+}
+
+#[test]
 fn standard_input_goes_to_standard_output() {
     gives(&fmt(&["-"], UGLY.as_bytes()), 0, PRETTY);
     gives(&fmt(&["-"], PRETTY.as_bytes()), 0, PRETTY);

@@ -8,6 +8,8 @@ mod environment;
 mod fmt;
 mod guide;
 mod input;
+#[cfg(feature = "lsp")]
+mod lsp_renames;
 mod new;
 mod permutations;
 mod reference;

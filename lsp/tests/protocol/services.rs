@@ -236,3 +236,54 @@ fn lens_of_a_template_leads_back_to_its_lines() {
     let at = from["range"]["start"]["line"].as_u64().expect("a line") as usize;
     assert!(copied.lines().nth(at).is_some_and(|line| line.contains("struct Covered")), "{from}");
 }
+
+#[test]
+fn misspelt_key_hides_no_other_error_of_its_pass() {
+    let (mut editor, path, text) = Editor::with_pipeline("learn/01-smallest.json");
+    editor.change(&path, &text.replace("\"color\"", "\"colour\"").replace("\"&target\"", "\"&tagret\""));
+    let found = editor.diagnostics(&path);
+    assert!(found.len() == 2 && found.iter().any(|line| line.contains("colour")), "{found:?}");
+    assert!(found.iter().any(|line| line.contains("tagret")), "{found:?}");
+    // Nothing follows from a key that is only unknown, either.
+    editor.change(&path, &text.replace("\"color\"", "\"unheard\": 1, \"color\""));
+    let found = editor.diagnostics(&path);
+    assert!(found.len() == 1 && found[0].contains("unheard"), "{found:?}");
+}
+
+#[test]
+fn completion_knows_members_of_blocks_and_words_of_axes() {
+    let labels = |editor: &mut Editor, path: &Path, at: usize| -> Vec<String> {
+        let items = editor.at("textDocument/completion", path, at, Json::Null);
+        let items = items.as_array().expect("items");
+        items.iter().filter_map(|item| Some(item["label"].as_str()?.to_owned())).collect()
+    };
+    let (mut editor, path, text) = Editor::with_pipeline("learn/27-ssao.json");
+    let at = text.find("\"radius\": \"=").expect("a member") + 2;
+    // "strength" is there already.
+    assert_eq!(labels(&mut editor, &path, at), ["radius"]);
+    let (mut editor, path, text) = Editor::with_pipeline("awsm/debug_views.json");
+    let at = text.find("\"cascades\",").expect("a word") + 2;
+    let found = labels(&mut editor, &path, at);
+    assert!(["cascades", "shadow_term"].iter().all(|word| found.contains(&(*word).to_owned())), "{found:?}");
+}
+
+#[test]
+fn own_declarations_are_proposed_before_inherited_ones() {
+    let (mut editor, path, text) = Editor::with_pipeline("umbra.json");
+    let document = json!({ "textDocument": { "uri": uri(&path) } });
+    let outline = editor.ask("textDocument/documentSymbol", document);
+    let sections = outline.as_array().expect("symbols").iter();
+    let own: Vec<&str> = sections
+        .filter(|section| section["name"] == "parameters" || section["name"] == "features")
+        .flat_map(|section| section["children"].as_array().expect("names"))
+        .filter(|one| one["detail"].is_string())
+        .filter_map(|one| one["name"].as_str())
+        .collect();
+    let at = text.find("\"=").expect("an expression") + 2;
+    let items = editor.at("textDocument/completion", &path, at, Json::Null);
+    let mut items = items.as_array().expect("items").clone();
+    items.sort_by_key(|item| item["sortText"].as_str().expect("an order").to_owned());
+    let place = |name: &str| items.iter().position(|item| item["label"] == name).expect("a candidate");
+    let last = own.iter().map(|name| place(name)).max().expect("names of its own");
+    assert!(last < place("filter_radius") && !own.contains(&"filter_radius"), "{own:?}");
+}

@@ -213,3 +213,80 @@ fn declarations_of_all_templates_lead_to_themselves() {
     }
     assert!(declared > 30, "{declared}");
 }
+
+const USER: &str = r#"{
+  "format": 1, "name": "user",
+  "resources": { "target": { "texture": { "format": "rgba8unorm", "size": "=viewport", "lifetime": "imported" } } },
+  "passes": {
+    "fill": { "fullscreen": {
+      "shader": "own.wgsl.jinja", "bind": { "tint": { "values": { "strength": 1 } } },
+      "color": [{ "to": "&target" }]
+    } }
+  }
+}
+"#;
+
+/// The first lines of a template's diagnostics, and the text after each of its fixes.
+fn told(editor: &mut Editor, template: &Path) -> (Vec<String>, Vec<String>) {
+    let found = editor.diagnostics(template);
+    let text = editor.texts[&uri(template)].clone();
+    let whole = json!({ "start": position(&text, 0), "end": position(&text, text.len()) });
+    let context = json!({ "diagnostics": [] });
+    let document = json!({ "uri": uri(template) });
+    let params = json!({ "textDocument": document, "range": whole, "context": context });
+    let actions = editor.ask("textDocument/codeAction", params);
+    let mended = actions.as_array().expect("actions").iter();
+    (found, mended.map(|one| changed(&text, &one["edit"]["changes"][uri(template)])).collect())
+}
+
+#[test]
+fn template_alone_is_checked_with_pipelines_of_the_folder() {
+    let scratch = umbragraph_test_support::scratch::ScratchFolder::new("lsp_template_alone");
+    let folder = scratch.canonicalize().expect("a folder");
+    let [template, axes, part] =
+        ["own.wgsl.jinja", "own.axes.json", "part.wgsl.jinja"].map(|name| folder.join(name));
+    for (path, text) in [(&template, TEMPLATE), (&axes, AXES), (&part, PART)] {
+        std::fs::write(path, text).expect("a file");
+    }
+    let own = [template.clone(), axes, part.clone()];
+    std::fs::write(folder.join("user.json"), USER).expect("a file");
+    let mut editor = Editor::start_with(&folder, move || session_with(&own), json!({}));
+    editor.open(&template, TEMPLATE);
+    assert_eq!(told(&mut editor, &template), (Vec::new(), Vec::new()));
+    // A member, a function of the module and one of WGSL: each is found and has a fix.
+    for (right, wrong) in [
+        ("tint.strength", "tint.stregnth"),
+        ("= double(", "= duoble("),
+        ("double({%", "smoothstp(0.0, 1.0, {%"),
+    ] {
+        editor.change(&template, &TEMPLATE.replacen(right, wrong, 1));
+        let (found, mended) = told(&mut editor, &template);
+        assert!(found.len() == 1 && found[0].contains("UG05"), "{wrong}: {found:?}");
+        let wanted = TEMPLATE.replacen(right, &wrong.replace("smoothstp", "smoothstep"), 1);
+        let wanted = if wrong.contains("stp") { wanted } else { TEMPLATE.to_owned() };
+        assert_eq!(mended, [wanted], "{wrong}");
+    }
+    // A part that only others include.
+    editor.close(&template);
+    editor.open(&part, &PART.replace("x * 2.0", "numbre * 2.0"));
+    let found = editor.diagnostics(&part);
+    assert!(found.len() == 1 && found[0].contains("numbre"), "{found:?}");
+    editor.close(&part);
+    assert_eq!(editor.diagnostics(&part), Vec::<String>::new());
+}
+
+#[test]
+fn template_that_no_pipeline_uses_is_checked_itself() {
+    let mut opened = Opened::new("lsp_template_of_none");
+    let template = opened.template.clone();
+    let mut first = |text: &str| {
+        opened.editor.change(&template, text);
+        opened.editor.diagnostics(&template)
+    };
+    assert_eq!(first(&format!("{TEMPLATE}\n")), Vec::<String>::new());
+    let found = first(&TEMPLATE.replace("{% endif %}", ""));
+    assert!(found.len() == 1 && found[0].contains("UG05"), "{found:?}");
+    let found = first(&TEMPLATE.replace("tint.strength", "tint.power"));
+    assert!(found.len() == 1 && found[0].contains("power"), "{found:?}");
+    assert_eq!(first(TEMPLATE), Vec::<String>::new());
+}

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 use std::path::Path;
+use std::sync::Arc;
 
 use serde_json::Value as Json;
 
@@ -9,7 +10,7 @@ use super::expected::key_text;
 use super::rules::Rules;
 use super::site::{Site, Spot};
 use super::{Candidate, CandidateKind, Expected, Hover};
-use crate::graph::document::Document;
+use crate::graph::document::Parsed;
 use crate::graph::shader::axes_schema;
 use crate::graph::source::{FileId, Span};
 use crate::session::Session;
@@ -17,22 +18,22 @@ use crate::session::Session;
 /// A file of axes, with the schema of its kind.
 struct AxesFile {
     file: FileId,
-    document: Document,
+    parsed: Arc<Parsed>,
     schema: Json,
 }
 
 impl Session {
     fn axes_at(&mut self, path: &Path) -> Option<AxesFile> {
-        let (file, document) = self.parsed(path)?;
-        Some(AxesFile { file, document, schema: axes_schema() })
+        let (file, parsed) = self.parsed(path)?;
+        Some(AxesFile { file, parsed, schema: axes_schema() })
     }
 
     /// Returns the completion candidates for a byte of a file of axes; `None` if the file cannot be read.
     pub fn axes_expected(&mut self, path: &Path, offset: usize) -> Option<Expected> {
-        let AxesFile { file, document, schema } = self.axes_at(path)?;
+        let AxesFile { file, parsed, schema } = self.axes_at(path)?;
         let set = self.templates();
         let text = self.sources().get(file)?.text();
-        let site = Site::find(&document.root, text, offset);
+        let site = Site::find(&parsed.document.root, text, offset);
         let rules = Rules::of(&schema).below(site.way.iter().map(String::as_str));
         let mut candidates = Vec::new();
         let mut add = |kind, label: &str, text, description: Option<&str>| {
@@ -70,9 +71,9 @@ impl Session {
 
     /// Returns the description of the key at a byte of a file of axes; `None` elsewhere.
     pub fn axes_hover(&mut self, path: &Path, offset: usize) -> Option<Hover> {
-        let AxesFile { file, document, schema } = self.axes_at(path)?;
+        let AxesFile { file, parsed, schema } = self.axes_at(path)?;
         let text = self.sources().get(file)?.text();
-        let site = Site::find(&document.root, text, offset);
+        let site = Site::find(&parsed.document.root, text, offset);
         let Spot::Key { entry: Some(entry), .. } = site.spot else { return None };
         let rules = Rules::of(&schema).below(site.way.iter().map(String::as_str)).below([entry.key.as_str()]);
         let text = rules.description()?.to_owned();

@@ -17,10 +17,9 @@ use crate::graph::shader::{AxisValues, ShaderModule};
 use crate::graph::source::{FileId, Sources, Span};
 use crate::loaded::{Loaded, Planned};
 
-/// The data for answers about a cursor: the loaded pipeline, its plan, the JSON schema and the file of the cursor.
+/// The data for answers about a cursor: the loaded pipeline, the JSON schema and the file of the cursor.
 pub(super) struct Context<'a> {
     pub(super) loaded: &'a Loaded,
-    pub(super) planned: &'a Planned,
     pub(super) choice: &'a Choice,
     pub(super) composed: &'a Composed,
     pub(super) model: &'a Model,
@@ -51,6 +50,11 @@ pub(super) struct PassAt<'a> {
 }
 
 impl<'a> Context<'a> {
+    /// Returns the plan of the pipeline. It is made when it is first asked for: much can be said without one.
+    pub(super) fn planned(&self) -> Planned {
+        self.loaded.plan(self.choice)
+    }
+
     pub(super) fn site(&self) -> Site<'a> {
         Site::find(&self.document.root, self.text, self.offset)
     }
@@ -80,7 +84,8 @@ impl<'a> Context<'a> {
         }
     }
 
-    /// Returns the declarations of the given kinds that can be named at the cursor, sorted by name.
+    /// Returns the declarations of the given kinds that can be named at the cursor: first those of its file, then those
+    /// of other files, each sorted by name.
     pub(super) fn visible(
         &self,
         position: &Position<'_>,
@@ -98,6 +103,7 @@ impl<'a> Context<'a> {
         let mut found: Vec<_> = self.model.declarations().filter(|(_, one)| is_seen(one)).collect();
         found.sort_by(|(_, a), (_, b)| a.name.cmp(&b.name));
         found.dedup_by(|(_, a), (_, b)| a.name == b.name);
+        found.sort_by_key(|(_, one)| one.place.file != self.file);
         found
     }
 
@@ -141,8 +147,8 @@ impl<'a> Context<'a> {
     /// Returns the shader modules of a planned pass. For other passes, returns the module of the template with default
     /// axis values.
     pub(super) fn modules(&self, pass: &PassAt<'a>) -> Vec<Arc<ShaderModule>> {
-        let pipeline = self.planned.report.pipeline.as_deref();
-        let of_pipeline = pipeline.and_then(|pipeline| {
+        let pipeline = self.planned().report.pipeline;
+        let of_pipeline = pipeline.as_deref().and_then(|pipeline| {
             let found = pipeline.passes.iter().find(|one| one.pointer == pass.pointer)?;
             let program = pipeline.program(found.work().program()?);
             Some(program.variants.iter().map(|variant| variant.module.clone()).collect())

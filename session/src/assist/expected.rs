@@ -12,7 +12,7 @@ use crate::graph::expression::FUNCTIONS;
 use crate::graph::language::node_kind;
 use crate::graph::model::{Declaration, DeclarationKind as K};
 use crate::graph::pipeline::FileKind;
-use crate::graph::shader::{AxisKind, ShaderModule};
+use crate::graph::shader::{AxisKind, ShaderModule, TypeLayout};
 use crate::tokens;
 
 /// The kinds of declarations that an expression can name.
@@ -113,6 +113,19 @@ impl<'a> Found<'_, 'a> {
                 let unique: std::collections::BTreeMap<String, _> =
                     found.map(|one| (one.1.clone(), one)).collect();
                 unique.into_values().collect()
+            }
+            ["passes" | "shared_settings", .., "bind", binding, "values"] => {
+                let modules = pass().map(|pass| context.modules(&pass)).unwrap_or_default();
+                let bindings = modules.iter().flat_map(|module| &module.reflection.bindings);
+                let blocks = bindings.filter(|one| one.name == *binding).filter_map(|one| one.block.as_ref());
+                let members = blocks.flat_map(|block| match block {
+                    TypeLayout::Struct { members, .. } => members.as_slice(),
+                    _ => &[],
+                });
+                let found = members
+                    .map(|one| (CandidateKind::Binding, one.name.clone(), Some(one.layout.spelling()), None));
+                let mut known = BTreeSet::new();
+                found.filter(|(_, name, ..)| known.insert(name.clone())).collect()
             }
             ["passes" | "shared_settings", .., "axes"] => {
                 let template = pass().and_then(|pass| context.template(&pass));
@@ -258,6 +271,7 @@ impl<'a> Found<'_, 'a> {
             ["passes" | "shared_settings", .., "geometry"] => self.names(&[K::Geometry], ["\"", "\""]),
             ["passes" | "shared_settings", .., "shader"] => self.templates(),
             ["passes" | "shared_settings", .., "axes", axis] => self.axis_values(axis),
+            ["parameters" | "features", name, "values", _] => self.words_of_axes(name),
             ["parameters" | "features", name] | ["presets", _, "parameters" | "features", name] => {
                 self.setting_values(name);
             }
@@ -302,6 +316,26 @@ impl<'a> Found<'_, 'a> {
             }
             Some(AxisKind::Bool) => self.booleans(),
             Some(AxisKind::Integer { .. }) | None => {}
+        }
+    }
+
+    /// Adds the words that an axis of a template takes, for the list of words of a value of its name.
+    fn words_of_axes(&mut self, name: &str) {
+        let passes = self.context.visible(self.position, &[K::Pass]);
+        let templates = passes.iter().filter_map(|(_, one)| {
+            node_kind(self.context.value_of(one)?)?.value.get("shader").and_then(Value::text)
+        });
+        let templates: BTreeSet<&str> = templates.collect();
+        let set = self.context.loaded.templates();
+        let axes = templates.into_iter().filter_map(|template| set.axes(template)?.get(name));
+        let words: BTreeSet<String> = axes
+            .flat_map(|axis| match &axis.kind {
+                AxisKind::Enum(words) | AxisKind::TextureFormat(words) => words.clone(),
+                AxisKind::Bool | AxisKind::Integer { .. } => Vec::new(),
+            })
+            .collect();
+        for word in words {
+            self.push(CandidateKind::Word, &word, format!("\"{word}\""));
         }
     }
 

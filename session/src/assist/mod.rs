@@ -31,7 +31,7 @@ use crate::files::{Read, Role};
 use crate::graph::compose::normalize;
 use crate::graph::diagnostic::Diagnostics;
 use crate::graph::document::schema::Schema;
-use crate::graph::document::{Document, Value};
+use crate::graph::document::{Document, Parsed, Value};
 use crate::graph::model::{Declaration, DeclarationKind, Id};
 use crate::graph::pipeline::{FileKind, schema_of};
 use crate::graph::source::{FileId, Span};
@@ -141,25 +141,25 @@ pub fn kind_of(document: &Document) -> Option<FileKind> {
 }
 
 impl Session {
-    /// Parses one file, without the files that it names. Returns its identifier and the valid part of its document;
-    /// `None` if the file cannot be read.
-    pub fn parsed(&mut self, path: &Path) -> Option<(FileId, Document)> {
+    /// Parses one file, without the files that it names. Returns its identifier and what the text was parsed to, even
+    /// if parts of it are invalid; `None` if the file cannot be read.
+    pub fn parsed(&mut self, path: &Path) -> Option<(FileId, Arc<Parsed>)> {
         let reads = [Read { path: path.to_owned(), revision: 0 }];
         self.files.settle(&reads);
         let done = &mut self.done;
         self.files.with_sources(|files, sources| {
             let file = files.read(path, None, Role::Document, sources, done).ok()?;
-            Some((file, files.parsed(file, sources, done, |parsed| parsed.document.clone())))
+            Some((file, files.parsed(file, sources, done)))
         })
     }
 
     /// Validates an extension, subgraph or parameter file against the JSON schema of its kind. Returns `None` for a
     /// pipeline, an unknown kind of file, or an invalid document.
     pub fn check_part(&mut self, path: &Path) -> Option<(FileKind, Diagnostics)> {
-        let document = self.document(path).ok()?;
-        let kind = kind_of(&document).filter(|kind| *kind != FileKind::Pipeline)?;
+        let (_, parsed) = self.parsed(path).filter(|(_, parsed)| parsed.diagnostics.is_empty())?;
+        let kind = kind_of(&parsed.document).filter(|kind| *kind != FileKind::Pipeline)?;
         let mut diagnostics = Diagnostics::new();
-        Schema::new(&self.schema(kind)).check(&document.root, "", &mut diagnostics);
+        Schema::new(&self.schema(kind)).check(&parsed.document.root, "", &mut diagnostics);
         Some((kind, diagnostics))
     }
 
@@ -172,7 +172,7 @@ impl Session {
         schema
     }
 
-    /// Loads and plans the pipeline of a cursor, and calls `answer` with the context. Returns `None` if `answer` does,
+    /// Loads the pipeline of a cursor, and calls `answer` with the context. Returns `None` if `answer` does,
     /// or if the cursor's file or the first file of the pipeline cannot be read.
     fn around<T>(
         &mut self,
@@ -181,17 +181,16 @@ impl Session {
     ) -> Result<Option<T>, Cancelled> {
         let Cursor { target, choice, path, offset } = *cursor;
         let loaded = self.load_exactly(target)?;
-        let (planned, _) = self.plan(target, choice)?;
         let known = self.files.path_among(path, &loaded.composition().reads);
-        let Some((file, document)) = self.parsed(known.as_deref().unwrap_or(path)) else { return Ok(None) };
-        let kind = kind_of(&document).unwrap_or(FileKind::Pipeline);
+        let Some((file, parsed)) = self.parsed(known.as_deref().unwrap_or(path)) else { return Ok(None) };
+        let document = &parsed.document;
+        let kind = kind_of(document).unwrap_or(FileKind::Pipeline);
         let schema = self.schema(kind);
         let sources = self.files.settled();
         let text = sources.get(file).map(|file| file.text().clone()).unwrap_or_else(|| "".into());
         let Some((composed, model)) = loaded.understood().zip(loaded.model()) else { return Ok(None) };
         Ok(answer(&Context {
             loaded: &loaded,
-            planned: &planned,
             choice,
             composed,
             model,
@@ -201,7 +200,7 @@ impl Session {
             kind,
             file,
             text: &text,
-            document: &document,
+            document,
             offset,
         }))
     }
@@ -384,7 +383,8 @@ fn declared_at(context: &Context<'_>) -> Option<(Id, Span)> {
 /// Returns the explanation of a declaration by [`why`] as text; `None` if there is none.
 fn told(context: &Context<'_>, id: Id) -> Option<String> {
     let declaration = context.model.declaration(id);
-    let Context { composed, model, sources, choice, planned, .. } = *context;
+    let Context { composed, model, sources, choice, .. } = *context;
+    let planned = context.planned();
     let subject =
         Subject { composed, model, overrides: &choice.overrides, checked: &planned.report, sources };
     let mut things = why(&subject, &declaration.name, declaration.place).ok()?;

@@ -24,7 +24,8 @@ pub struct Computed {
 
 pub(super) fn computed(context: &Context<'_>) -> Vec<Computed> {
     let mut found = Vec::new();
-    let pipeline = context.planned.report.pipeline.as_deref().filter(|_| context.kind != FileKind::Subgraph);
+    let is_part = context.kind == FileKind::Subgraph;
+    let pipeline = if is_part { None } else { context.planned().report.pipeline };
     if let Some(pipeline) = pipeline {
         let is_wanted = |entry: &&Entry| entry.key != "subgraphs";
         let scope = pipeline.scope();

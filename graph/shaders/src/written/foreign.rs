@@ -7,7 +7,7 @@ use std::ops::Range;
 
 use super::builtins;
 use super::rejection::Rejection;
-use umbragraph_text::diagnostic::{list_of, suggested_name};
+use umbragraph_text::diagnostic::{list_of, name_meant, suggested_name};
 
 /// Names of other languages, each with what WGSL has instead.
 #[rustfmt::skip]
@@ -319,6 +319,7 @@ fn member(text: &str, rejection: &mut Rejection, words: &[Range<usize>], name: &
         Some(meant) => {
             let place = members.iter().find(|range| &text[(*range).clone()] == meant);
             rejection.labels.extend(place.map(|range| (range.clone(), format!("\"{meant}\" is here"))));
+            rejection.replacement = name_meant(name, names()).map(str::to_owned);
             format!("did you mean \"{meant}\"?")
         }
         None => format!("its members are {}", list_of(names())),

@@ -13,7 +13,7 @@ use std::ops::Range;
 use super::complexity;
 use super::foreign;
 use super::rejection::Rejection;
-use umbragraph_text::diagnostic::suggested_name;
+use umbragraph_text::diagnostic::{name_meant, suggested_name};
 
 /// Improves a rejection of WGSL: moves it to the unmatched bracket that caused it, or suggests the intended name.
 pub(crate) fn improve(text: &str, mut rejection: Rejection) -> Rejection {
@@ -30,9 +30,10 @@ pub(crate) fn improve(text: &str, mut rejection: Rejection) -> Rejection {
         rejection.message = message;
     } else if foreign::explain(text, &mut rejection, &words) {
         return rejection;
-    } else if let Some((name, range)) = suggested(text, &rejection, &words) {
+    } else if let Some(Suggested { name, range, replacement }) = suggested(text, &rejection, &words) {
         rejection.labels.extend(range.map(|range| (range, format!("\"{name}\" is here"))));
         rejection.help = Some(format!("did you mean \"{name}\"?"));
+        rejection.replacement = replacement;
     } else if let Some(structs) = structs(text, &rejection, &words) {
         rejection.help = Some(format!("the structs here are {structs}"));
     }
@@ -76,13 +77,18 @@ fn unmatched(text: &str, words: &[Range<usize>]) -> Option<(Range<usize>, String
     open.first().map(|last| never_closed(last))
 }
 
-/// The name in the module, or the function of WGSL, that is most similar to the unknown name in naga's message, with the
-/// byte range where it first occurs. `None` if no name is similar. A function is suggested for a call only.
-fn suggested<'t>(
-    text: &'t str,
-    rejection: &Rejection,
-    words: &[Range<usize>],
-) -> Option<(&'t str, Option<Range<usize>>)> {
+/// A name that is similar to an unknown one.
+struct Suggested<'t> {
+    name: &'t str,
+    /// The byte range where the name first occurs; `None` for a function of WGSL that the text does not call.
+    range: Option<Range<usize>>,
+    /// The name, if it alone can be meant.
+    replacement: Option<String>,
+}
+
+/// The name in the module, or the function of WGSL, that is most similar to the unknown name in naga's message. `None`
+/// if no name is similar. A function is suggested for a call only.
+fn suggested<'t>(text: &'t str, rejection: &Rejection, words: &[Range<usize>]) -> Option<Suggested<'t>> {
     const UNKNOWN: [&str; 3] = ["no definition in scope", "unknown type", "invalid field accessor"];
     let message = &rejection.message;
     if !UNKNOWN.iter().any(|start| message.starts_with(start)) {
@@ -101,8 +107,18 @@ fn suggested<'t>(
     let written = words.iter().filter(is_name).map(|range| &text[range.clone()]);
     let functions = is_call.then(foreign::functions).into_iter().flatten().map(|name| -> &'t str { name });
     let names: BTreeSet<&'t str> = written.chain(functions).collect();
-    let suggested = suggested_name(name, names)?;
-    Some((suggested, words.iter().find(|range| &text[(*range).clone()] == suggested).cloned()))
+    let suggested = suggested_name(name, names.iter().copied())?;
+    let is_it = |range: &Range<usize>| &text[range.clone()] == suggested;
+    let range = words.iter().find(|range| is_it(range)).cloned();
+    // A function can be called anywhere, another name where it was written before in the same function.
+    let place = rejection.range.as_ref().filter(|place| text.get((*place).clone()) == Some(name));
+    let is_seen = place.is_some_and(|place| {
+        let before = words.iter().rev().skip_while(|range| range.start >= place.start);
+        is_call || { before }.take_while(|range| &text[(*range).clone()] != "fn").any(is_it)
+    });
+    let is_member = message.starts_with("invalid field accessor");
+    let is_sure = is_seen && !is_member && name_meant(name, names).is_some();
+    Some(Suggested { name: suggested, range, replacement: is_sure.then(|| suggested.to_owned()) })
 }
 
 #[cfg(test)]

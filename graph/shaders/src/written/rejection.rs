@@ -20,6 +20,8 @@ pub(crate) struct Rejection {
     /// Further byte ranges in the generated WGSL, each with a note.
     pub(crate) labels: Vec<(Range<usize>, String)>,
     pub(crate) help: Option<String>,
+    /// The text to write in place of the range; `None` if no single text is sure to be meant.
+    pub(crate) replacement: Option<String>,
     /// Whether this is a warning: the WGSL is valid, but better avoided.
     pub(crate) warning: bool,
     /// The exceeded limit; `None` for other causes.
@@ -62,6 +64,7 @@ impl Rejection {
             range: span.to_range(),
             labels: Vec::new(),
             help: None,
+            replacement: None,
             warning: code == codes::UNIFORM_BRANCH,
             excess: None,
             overrides: AxisValues::new(),
@@ -99,7 +102,10 @@ impl Rejection {
             diagnostic = diagnostic.related(Place::Nowhere, generated_line(text, range.start));
         }
         diagnostic.help = self.help.clone();
-        diagnostic
+        match (&self.replacement, self.range.clone().filter(|range| map.is_verbatim(range.clone()))) {
+            (Some(replacement), Some(_)) => diagnostic.fix(span, replacement),
+            _ => diagnostic,
+        }
     }
 }
 

@@ -82,6 +82,12 @@ impl TextMap {
         }
     }
 
+    /// Returns `true` if a byte range of the generated WGSL is one piece of literal text of a template.
+    pub(crate) fn is_verbatim(&self, range: Range<usize>) -> bool {
+        let is_literal = matches!(self.origin(range.start), Some(Origin::Literal(..)));
+        is_literal && range.end <= self.length as usize && self.part(range).count() == 1
+    }
+
     /// Iterates over the pieces of the generated WGSL in order: the byte range, and the template span (`None` if
     /// unknown).
     pub fn pieces(&self) -> impl Iterator<Item = (Range<usize>, Option<Span>)> {

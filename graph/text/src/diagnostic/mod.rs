@@ -14,8 +14,8 @@ mod values;
 
 pub use code::Code;
 pub use count::Count;
-pub use suggest::suggested_name;
 pub(crate) use suggest::{DID_YOU_MEAN, begun};
+pub use suggest::{name_meant, suggested_name};
 pub use values::{AxisValue, AxisValues, describe, select_axes};
 
 use std::collections::{BTreeSet, HashMap, HashSet};

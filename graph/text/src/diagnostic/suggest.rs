@@ -95,6 +95,13 @@ pub fn suggested_name<'a>(name: &str, candidates: impl IntoIterator<Item = &'a s
     Closest::of(name, &candidates).map(|closest| closest.name)
 }
 
+/// Returns the candidate that is meant by a misspelt `name`, as [`suggested_name`] does; `None` if another one is as
+/// similar, so that the name could be either.
+pub fn name_meant<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let candidates: Vec<&str> = candidates.into_iter().collect();
+    Closest::of(name, &candidates).filter(|closest| closest.is_certain).map(|closest| closest.name)
+}
+
 struct Closest<'a> {
     name: &'a str,
     /// Whether no other candidate has the same distance.
@@ -142,11 +149,8 @@ mod tests {
 
     #[test]
     fn what_is_as_close_as_another_is_no_fix() {
-        let certain = |name, candidates: [&'static str; 2]| {
-            Closest::of(name, &candidates).filter(|closest| closest.is_certain).map(|closest| closest.name)
-        };
-        assert_eq!(certain("color_c", ["color_a", "color_b"]), None);
-        assert_eq!(certain("colr", ["color", "colder"]), Some("color"));
+        assert_eq!(name_meant("color_c", ["color_a", "color_b"]), None);
+        assert_eq!(name_meant("colr", ["color", "colder"]), Some("color"));
     }
 
     #[test]

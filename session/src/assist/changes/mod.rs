@@ -157,8 +157,8 @@ impl Session {
 
     /// Returns the names of the inputs of a subgraph file; `None` if the file cannot be read or is not a subgraph.
     fn inputs_of(&mut self, path: &Path) -> Option<Vec<String>> {
-        let (_, document) = self.parsed(path)?;
-        let is_subgraph = kind_of(&document) == Some(FileKind::Subgraph);
+        let document = &self.parsed(path)?.1.document;
+        let is_subgraph = kind_of(document) == Some(FileKind::Subgraph);
         let inputs = document.root.entries_of("inputs").iter().map(|input| input.key.clone());
         is_subgraph.then(|| inputs.collect())
     }

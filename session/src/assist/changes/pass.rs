@@ -32,9 +32,9 @@ const OFF: [&str; 2] = ["=false && (", ")"];
 
 impl Graph<'_, '_> {
     pub(super) fn written(&self) -> Vec<Written> {
-        let planned = self.context.planned.report.pipeline.as_deref();
+        let planned = self.context.planned().report.pipeline;
         let is_on = |name: &str| {
-            planned.is_none_or(|pipeline| {
+            planned.as_deref().is_none_or(|pipeline| {
                 pipeline.passes.iter().any(|pass| {
                     pass.name.strip_prefix(name).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
                 })

@@ -15,9 +15,13 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use super::{Candidate, CandidateKind, Expected, Hover};
+use crate::cancel::Cancelled;
+use crate::choice::Target;
+use crate::graph::diagnostic::{Diagnostic, Diagnostics};
+use crate::graph::language::node_kind;
 use crate::graph::shader::builtins::{self, Builtin};
 use crate::graph::shader::tags::{TagKind, Word, WordKind};
-use crate::graph::shader::{Axes, Axis};
+use crate::graph::shader::{Axes, Axis, AxisValues, TargetProfile};
 use crate::graph::source::{FileId, Span};
 use crate::session::Session;
 use crate::texts::Texts;
@@ -331,6 +335,43 @@ impl Session {
     fn in_template<T>(&mut self, file: FileId, answer: impl FnOnce(&Unit<'_>) -> Option<T>) -> Option<T> {
         let texts = self.template_texts();
         answer(&Unit::new(&texts, file)?)
+    }
+
+    /// Returns `true` if a pass of a pipeline names a template as its shader, or one that includes it.
+    ///
+    /// # Errors
+    /// Returns [`Cancelled`] after [`Cancel::set`](crate::Cancel::set).
+    pub fn uses_template(&mut self, target: &Target, file: FileId) -> Result<bool, Cancelled> {
+        let texts = self.template_texts();
+        let loaded = self.load(target)?;
+        let Some((own, composed)) = texts.name(file).zip(loaded.understood()) else { return Ok(false) };
+        let (roots, _) = texts.met(own);
+        let root = &composed.document.root;
+        let of_subgraphs = root.entries_of("subgraphs").iter().map(|entry| &entry.value);
+        let mut passes = of_subgraphs.chain([root]).flat_map(|value| value.entries_of("passes"));
+        Ok(passes.any(|pass| {
+            let shader = node_kind(&pass.value).and_then(|kind| kind.value.get("shader")?.text());
+            shader.is_some_and(|shader| roots.contains(shader))
+        }))
+    }
+
+    /// Returns what is wrong with a template that no pipeline uses: its syntax and, if it has an entry point, its WGSL
+    /// with the default values of its axes.
+    pub fn check_template(&mut self, file: FileId) -> Diagnostics {
+        let (texts, templates) = (self.template_texts(), self.read_templates());
+        let is_of_file = |one: &&Diagnostic| one.span().is_some_and(|span| span.file == file);
+        let mut found: Diagnostics = templates.diagnostics.iter().filter(is_of_file).cloned().collect();
+        let named = texts.name(file).and_then(|name| Some((name, texts.scan(name)?.1)));
+        let Some((name, scan)) = named.filter(|_| !found.has_errors()) else { return found };
+        let is_entry = |one: &Declared| {
+            let attributes = &scan.text[one.whole.start..one.name.start];
+            ["@vertex", "@fragment", "@compute"].iter().any(|stage| attributes.contains(stage))
+        };
+        if scan.declared.iter().any(is_entry) {
+            let shaders = templates.shaders(&TargetProfile::webgpu());
+            found.extend(shaders.module(name, AxisValues::new()).err().into_iter().flatten());
+        }
+        found
     }
 
     /// Returns the declarations of a template in the order of its text.

@@ -31,7 +31,7 @@ use crate::pipeline::load::declare::{Passes, declare};
 use crate::pipeline::load::extension_points::check_extension_points;
 use crate::pipeline::load::hosts::{check_host, misspelt_hosts};
 use crate::pipeline::load::profiles::claimed_profiles;
-use crate::pipeline::load::sections::{as_suggested, check_schema, is_of_incomplete};
+use crate::pipeline::load::sections::{as_meant, check_schema, is_of_incomplete};
 use crate::pipeline::load::settings::Settings;
 use crate::pipeline::load::sound::{Broken, Sound};
 use crate::pipeline::load::versions::{check_versions, name_last_writers, uncertain};
@@ -84,9 +84,12 @@ pub fn load(
     let LoadOptions { registry, shaders, overrides, schema, is_surveyed } = *options;
     let profile = shaders.profile();
     let schema_diagnostics = schema.cloned().unwrap_or_else(|| check_schema(document, registry));
-    let read = as_suggested(document, &schema_diagnostics);
-    let document = read.as_ref().unwrap_or(document);
-    let broken = Broken::new(&schema_diagnostics);
+    let read = as_meant(document, &schema_diagnostics);
+    let (document, corrected) = match &read {
+        Some(read) => (&read.document, Some(&read.corrected)),
+        None => (document, None),
+    };
+    let broken = Broken::new(&schema_diagnostics, corrected);
     let is_hopeless = schema_diagnostics.len() >= MAX_DIAGNOSTICS;
     diagnostics
         .extend(schema_diagnostics.into_iter().filter(|diagnostic| !is_of_incomplete(document, diagnostic)));

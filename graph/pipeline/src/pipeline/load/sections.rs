@@ -1,29 +1,44 @@
-//! Sections of a document whose key is misspelt.
+//! Keys of a document that are misspelt: those of sections, and all within passes.
 //!
-//! A section that is missing only because its key is misspelt would have every name in it missing too. Where the key
-//! has a fix, everything after it is checked as if it had been made, so that the document has the diagnostics that it
-//! will have then; [`as_written`](umbragraph_text::compose::as_written) lets their pointers name the section as it is
-//! written.
+//! A section that is missing only because its key is misspelt would have every name in it missing too, and a pass with
+//! a misspelt key would have no other diagnostics. Where the key has a fix, everything after it is checked as if it had
+//! been made, so that the document has the diagnostics that it will have then;
+//! [`as_written`](umbragraph_text::compose::as_written) lets their pointers name the section as it is written. Other
+//! unknown keys of passes are left out.
 
-use std::collections::BTreeMap;
+use std::collections::BTreeSet;
 
 use crate::node::Registry;
 use umbragraph_text::compose::is_incomplete;
 use umbragraph_text::diagnostic::{Diagnostic, Diagnostics, codes, list_of, suggested_name};
-use umbragraph_text::document::{self, Document, Entry};
+use umbragraph_text::document::{Document, Entry, Kind, Value};
 use umbragraph_text::language::unknown_format;
 
-/// Checks a document against the schema. The contents of sections with misspelt keys are checked too.
+/// A document whose misspelt keys are corrected.
+pub(super) struct AsMeant {
+    pub(super) document: Document,
+    /// The JSON pointers of the keys as they are written; those within a corrected key have the correct one.
+    pub(super) corrected: BTreeSet<String>,
+}
+
+/// The maximum number of misspelt keys that contain one another.
+const MAX_WITHIN: usize = 8;
+
+/// Checks a document against the schema. The contents of sections and passes with misspelt keys are checked too.
 pub fn check_schema(document: &Document, registry: &Registry) -> Diagnostics {
     let mut diagnostics = Diagnostics::new();
     registry.schema().check(&document.root, "", &mut diagnostics);
-    if let Some(read) = as_suggested(document, &diagnostics) {
-        let mut all: Diagnostics =
-            diagnostics.into_iter().filter(|one| suggested_section(one).is_some()).collect();
-        registry.schema().check(&read.root, "", &mut all);
-        return with_formats(&read, all);
+    let mut read: Option<AsMeant> = None;
+    for _ in 0..MAX_WITHIN {
+        let Some(next) = as_meant(document, &diagnostics) else { break };
+        if read.as_ref().is_some_and(|read| read.corrected == next.corrected) {
+            break;
+        }
+        diagnostics = diagnostics.into_iter().filter(|one| next.corrected.contains(&one.pointer)).collect();
+        registry.schema().check(&next.document.root, "", &mut diagnostics);
+        read = Some(next);
     }
-    with_formats(document, diagnostics)
+    with_formats(read.as_ref().map_or(document, |read| &read.document), diagnostics)
 }
 
 /// Moves diagnostics about texture formats to the place of the format.
@@ -106,35 +121,58 @@ fn is_format(pointer: &str) -> bool {
     matches!(way, [Some("format"), Some("texture"), Some(_), Some("resources")])
 }
 
-/// The section that a misspelt key at the top level means, taken from the fix of its diagnostic; `None` for other
-/// diagnostics.
-fn suggested_section(diagnostic: &Diagnostic) -> Option<&str> {
-    let is_section = diagnostic.code == codes::UNKNOWN_KEY && diagnostic.pointer.matches('/').count() == 1;
-    let [edit] = diagnostic.fix.as_ref().filter(|_| is_section)?.edits.as_slice() else { return None };
-    Some(edit.replacement.trim_matches('"'))
-}
-
-/// Returns the document with misspelt keys of sections corrected, to avoid errors about missing sections. `None` if
-/// there are no such keys.
-pub(super) fn as_suggested(document: &Document, schema_diagnostics: &Diagnostics) -> Option<Document> {
-    let entries = document.root.entries()?;
-    // What a file below says under the right key stays as it is.
-    let is_there = |section: &str| entries.iter().any(|entry| entry.key == section);
-    let suggested: BTreeMap<&str, &str> = schema_diagnostics
-        .iter()
-        .filter_map(|one| Some((one.pointer.strip_prefix('/')?, suggested_section(one)?)))
-        .filter(|(_, section)| !is_there(section))
-        .collect();
-    if suggested.is_empty() {
+/// Returns the document with misspelt keys of sections and passes corrected, to avoid errors about missing parts. Other
+/// unknown keys of passes are removed. `None` if there are no such keys.
+pub(super) fn as_meant(document: &Document, schema_diagnostics: &Diagnostics) -> Option<AsMeant> {
+    let is_of_key = |one: &&Diagnostic| one.code == codes::UNKNOWN_KEY;
+    let mut keys: Vec<&Diagnostic> = schema_diagnostics.iter().filter(is_of_key).collect();
+    if keys.is_empty() {
         return None;
     }
-    let renamed = entries.iter().map(|entry| {
-        let key =
-            suggested.get(entry.key.as_str()).map_or_else(|| entry.key.clone(), |key| (*key).to_owned());
-        Entry { key, ..entry.clone() }
-    });
-    let kind = document::Kind::Object(renamed.collect());
-    Some(Document { root: document::Value { kind, ..document.root.clone() } })
+    // A key within another one is found under the correct key of that.
+    keys.sort_by_key(|one| one.pointer.matches('/').count());
+    let mut read = AsMeant { document: document.clone(), corrected: BTreeSet::new() };
+    for one in keys {
+        let Some((above, key)) = one.pointer.rsplit_once('/') else { continue };
+        let key = unescaped(key);
+        let meant = match one.fix.as_ref().map(|fix| fix.edits.as_slice()) {
+            Some([edit]) if above.is_empty() || above.starts_with("/passes/") => {
+                Some(edit.replacement.trim_matches('"'))
+            }
+            None if above.starts_with("/passes/") && one.message == format!("unknown key \"{key}\"") => None,
+            _ => continue,
+        };
+        let Some(entries) = entries_at(&mut read.document.root, above) else { continue };
+        // What a file below says under the right key stays as it is.
+        let is_taken = entries.iter().any(|entry| Some(entry.key.as_str()) == meant);
+        let Some(at) = entries.iter().position(|entry| entry.key == key && !is_taken) else { continue };
+        match meant {
+            Some(meant) => meant.clone_into(&mut entries[at].key),
+            None => drop(entries.remove(at)),
+        }
+        read.corrected.insert(one.pointer.clone());
+    }
+    (!read.corrected.is_empty()).then_some(read)
+}
+
+fn unescaped(token: &str) -> String {
+    token.replace("~1", "/").replace("~0", "~")
+}
+
+/// The members of the object at a JSON pointer; `None` if there is no object.
+fn entries_at<'v>(root: &'v mut Value, pointer: &str) -> Option<&'v mut Vec<Entry>> {
+    let below = |value: &'v mut Value, token: &str| match &mut value.kind {
+        Kind::Object(entries) => {
+            let key = unescaped(token);
+            entries.iter_mut().find(|entry| entry.key == key).map(|entry| &mut entry.value)
+        }
+        Kind::Array(elements) => elements.get_mut(token.parse::<usize>().ok()?),
+        _ => None,
+    };
+    match &mut pointer.split('/').skip(1).try_fold(root, below)?.kind {
+        Kind::Object(entries) => Some(entries),
+        _ => None,
+    }
 }
 
 /// Returns `true` if a diagnostic concerns a pass that extends missing or broken shared settings, so that the

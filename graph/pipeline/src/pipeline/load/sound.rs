@@ -13,9 +13,14 @@ use umbragraph_text::language::{
 pub(super) struct Broken(BTreeSet<String>);
 
 impl Broken {
-    pub(super) fn new(schema_diagnostics: &Diagnostics) -> Self {
+    /// Creates the set from the diagnostics of the schema. What they say of `corrected` keys is mended in the document.
+    pub(super) fn new(schema_diagnostics: &Diagnostics, corrected: Option<&BTreeSet<String>>) -> Self {
         // A texture in an unknown format is a texture all the same, with errors of its own.
-        let is_breaking = |diagnostic: &&Diagnostic| diagnostic.code != codes::FORMAT_UNKNOWN;
+        let is_corrected = |pointer: &String| corrected.is_some_and(|keys| keys.contains(pointer));
+        let is_breaking = |diagnostic: &&Diagnostic| {
+            diagnostic.code != codes::FORMAT_UNKNOWN
+                && !(diagnostic.code == codes::UNKNOWN_KEY && is_corrected(&diagnostic.pointer))
+        };
         Self(
             schema_diagnostics
                 .iter()
