@@ -27,7 +27,7 @@ pub(crate) use comparing::{DiffArguments, GraphArguments};
 pub(crate) use drawing::{AdaptersArguments, RenderArguments, Shot, ToggleArgument};
 pub(crate) use proving::PermutationsArguments;
 #[cfg(feature = "score")]
-pub(crate) use scoring::{Measure, ScoreArguments, TuneArguments};
+pub(crate) use scoring::{ColorArguments, Measure, Of, ScoreArguments, TuneArguments};
 #[cfg(feature = "gpu")]
 pub(crate) use testing::TestArguments;
 pub(crate) use viewing::ViewArguments;
@@ -178,7 +178,7 @@ pub(crate) enum Command {
     /// Lists the graphics adapters, and the features that each lacks for the pipelines that come with the command.
     #[cfg(feature = "gpu")]
     Adapters(AdaptersArguments),
-    /// Compares the shadows of a pipeline with ray-traced ones, light by light.
+    /// Compares the shadows of a pipeline with ray-traced ones, light by light; or its colors with path-traced ones.
     #[cfg(feature = "score")]
     Score(ScoreArguments),
     /// Searches for the parameter values with which the shadows of a pipeline agree best with ray-traced ones.

@@ -27,7 +27,8 @@ const MAX_BYTES: u64 = 1 << 30;
 /// The largest finite value of a 16-bit float.
 const MAX: f32 = 65504.0;
 
-/// An environment picture, and its state on the device.
+/// An environment picture, and its state on the device. A clone shares no state with it.
+#[derive(Clone)]
 pub struct Environment {
     colors: Colors,
     /// The texture that contains the picture; `None` until it is written.
@@ -66,6 +67,11 @@ impl Environment {
                 .help("--environment takes .hdr (Radiance) and .exr (OpenEXR)")
         })?;
         Ok(Self { colors, written: None, is_read: false })
+    }
+
+    /// The picture as a texture of `width` by `height` texels holds it: linear colors, rows from the top.
+    pub fn texels(&self, width: usize, height: usize) -> Vec<[f32; 3]> {
+        resized(&self.colors, width, height)
     }
 
     /// Writes the picture to the imported texture, unless the texture already contains it.

@@ -5,7 +5,7 @@
 //! are so.
 
 /// A picture of linear RGB colors, row by row from the top.
-#[derive(Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct Colors {
     pub(super) width: usize,
     pub(super) height: usize,

@@ -16,12 +16,23 @@
 //! worse than none.
 
 use std::collections::BTreeMap;
+use std::marker::PhantomData;
 
 use crate::scores::{BANDS, Counts, Scores, ratio};
 
-/// Limits on scores, by name, such as `min_iou` or `max_leak_k2`.
+/// Scores on which limits can be set.
+pub trait Limited: Default {
+    /// The names of all possible limits. One that begins with `min_` is a minimum, any other a maximum.
+    fn limits() -> Vec<String>;
+
+    /// The score to which a limit of this name applies: `None` for an unknown name, `Some(None)` for a score that does
+    /// not exist.
+    fn limited(&self, name: &str) -> Option<Option<f64>>;
+}
+
+/// Limits on scores of one kind, by name, such as `min_iou` or `max_leak_k2`.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Limits(BTreeMap<String, f64>);
+pub struct Limits<S = Scores>(BTreeMap<String, f64>, PhantomData<S>);
 
 /// A limit that is not met.
 #[derive(Clone, Debug, PartialEq)]
@@ -34,22 +45,22 @@ pub struct Broken {
     pub measured: Option<f64>,
 }
 
-impl Limits {
+impl<S: Limited> Limits<S> {
     /// Creates limits from names and values.
     ///
     /// # Errors
     /// Returns the first name that does not belong to a score.
     pub fn new(values: BTreeMap<String, f64>) -> Result<Self, String> {
-        match values.keys().find(|name| measured(name, &Scores::default()).is_none()) {
+        match values.keys().find(|name| S::default().limited(name).is_none()) {
             Some(unknown) => Err(unknown.clone()),
-            None => Ok(Self(values)),
+            None => Ok(Self(values, PhantomData)),
         }
     }
 
     /// The limits that scores do not meet.
-    pub fn broken(&self, scores: &Scores) -> Vec<Broken> {
+    pub fn broken(&self, scores: &S) -> Vec<Broken> {
         let broken = self.0.iter().filter_map(|(name, limit)| {
-            let measured = measured(name, scores)?;
+            let measured = scores.limited(name)?;
             let met = measured.is_some_and(|measured| {
                 if name.starts_with("min_") { measured >= *limit } else { measured <= *limit }
             });
@@ -57,9 +68,10 @@ impl Limits {
         });
         broken.collect()
     }
+}
 
-    /// The names of all possible limits.
-    pub fn names() -> Vec<String> {
+impl Limited for Scores {
+    fn limits() -> Vec<String> {
         let banded = ["min_iou", "max_leak", "max_acne"].iter().flat_map(|name| {
             BANDS.map(|band| if band == 0 { (*name).to_owned() } else { format!("{name}_k{band}") })
         });
@@ -67,30 +79,30 @@ impl Limits {
         let others = ["min_both_hit", "max_changed", "max_contact_leak"].into_iter().chain(errors);
         banded.chain(others.map(str::to_owned)).collect()
     }
-}
 
-/// The score to which a limit of this name applies: `None` for an unknown name, `Some(None)` for a score that does not
-/// exist.
-fn measured(name: &str, scores: &Scores) -> Option<Option<f64>> {
-    let (plain, band) = match name.split_once("_k") {
-        Some((plain, band)) => (plain, band.parse().ok().filter(|band| *band != 0 && BANDS.contains(band))?),
-        None => (name, 0),
-    };
-    let banded: Option<fn(&Counts) -> Option<f64>> = match plain {
-        "min_iou" => Some(Counts::iou),
-        "max_leak" => Some(Counts::leak),
-        "max_acne" => Some(Counts::acne),
-        _ => None,
-    };
-    match (banded, name) {
-        (Some(score), _) => Some(score(&scores.band(band))),
-        (None, "min_both_hit") => Some(ratio(scores.hit_in_both, scores.hit)),
-        (None, "max_changed") => Some(scores.changes.share()),
-        (None, "max_contact_leak") => Some(scores.contact.leak()),
-        (None, "max_mean_error") => Some(scores.mean_error.mean()),
-        (None, "max_penumbra_error") => Some(scores.penumbra_error.mean()),
-        (None, "max_bias") => Some(scores.bias.mean().map(f64::abs)),
-        _ => None,
+    fn limited(&self, name: &str) -> Option<Option<f64>> {
+        let (plain, band) = match name.split_once("_k") {
+            Some((plain, band)) => {
+                (plain, band.parse().ok().filter(|band| *band != 0 && BANDS.contains(band))?)
+            }
+            None => (name, 0),
+        };
+        let banded: Option<fn(&Counts) -> Option<f64>> = match plain {
+            "min_iou" => Some(Counts::iou),
+            "max_leak" => Some(Counts::leak),
+            "max_acne" => Some(Counts::acne),
+            _ => None,
+        };
+        match (banded, name) {
+            (Some(score), _) => Some(score(&self.band(band))),
+            (None, "min_both_hit") => Some(ratio(self.hit_in_both, self.hit)),
+            (None, "max_changed") => Some(self.changes.share()),
+            (None, "max_contact_leak") => Some(self.contact.leak()),
+            (None, "max_mean_error") => Some(self.mean_error.mean()),
+            (None, "max_penumbra_error") => Some(self.penumbra_error.mean()),
+            (None, "max_bias") => Some(self.bias.mean().map(f64::abs)),
+            _ => None,
+        }
     }
 }
 
@@ -100,11 +112,11 @@ mod tests {
 
     #[test]
     fn every_name_says_a_score_and_others_are_rejected() {
-        for name in Limits::names() {
-            assert!(Limits::new([(name.clone(), 0.5)].into()).is_ok(), "{name}");
+        for name in Scores::limits() {
+            assert!(Limits::<Scores>::new([(name.clone(), 0.5)].into()).is_ok(), "{name}");
         }
         for unknown in ["min_leak", "max_iou", "min_iou_k3", "min_iou_k0", "max_contact_leak_k2", "iou", ""] {
-            assert_eq!(Limits::new([(unknown.to_owned(), 0.5)].into()), Err(unknown.to_owned()));
+            assert_eq!(Limits::<Scores>::new([(unknown.to_owned(), 0.5)].into()), Err(unknown.to_owned()));
         }
     }
 
@@ -112,7 +124,7 @@ mod tests {
     fn limits_are_met_up_to_their_value_and_not_by_no_score() {
         let counts = Counts { shadowed_in_both: 3, leaking: 1, acne: 0, lit_in_both: 4 };
         let scores = Scores { bands: [(0, counts)].into(), ..Scores::default() };
-        let limits = |name: &str, value| Limits::new([(name.to_owned(), value)].into()).unwrap();
+        let limits = |name: &str, value| Limits::<Scores>::new([(name.to_owned(), value)].into()).unwrap();
         assert!(limits("min_iou", 0.75).broken(&scores).is_empty());
         let broken = limits("min_iou", 0.76).broken(&scores);
         assert_eq!((broken[0].limit, broken[0].measured), (0.76, Some(0.75)));

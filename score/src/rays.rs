@@ -41,7 +41,7 @@ impl<'a> Rays<'a> {
         triangles.retain(|triangle| triangle.corners.iter().all(|corner| corner.is_finite()));
         let boxes: Vec<Box32> = triangles.iter().map(|triangle| Box32::around(triangle.corners)).collect();
         let hierarchy = Hierarchy::build(&boxes);
-        let surfaces = scene.draws().map(|draw| surface_of(scene, draw)).collect();
+        let surfaces = scene.draws().map(|draw| surface_of(scene, draw, pose)).collect();
         Self { scene, surfaces, triangles, hierarchy }
     }
 
@@ -68,7 +68,7 @@ impl<'a> Rays<'a> {
         let mut glass = f64::INFINITY;
         self.each(origin, direction, end, &mut |index, triangle, surface, hit| {
             if hit.distance >= begin && hit.distance < end && self.is_there(triangle, surface, hit) {
-                let is_front = surface.is_double_sided || triangle.normal().dot(direction) < 0.0;
+                let is_front = surface.is_double_sided || surface.is_front(triangle, direction);
                 if surface.is_blended {
                     glass = glass.min(hit.distance);
                 } else if is_front {
@@ -122,13 +122,14 @@ impl<'a> Rays<'a> {
         surface.casts && is_between && self.is_there(triangle, surface, hit)
     }
 
-    fn is_there(&self, triangle: &Triangle, surface: &Surface, hit: Hit) -> bool {
+    /// Returns `true` if a hit lies outside the holes of the surface's alpha mask.
+    pub(crate) fn is_there(&self, triangle: &Triangle, surface: &Surface, hit: Hit) -> bool {
         surface.mask.as_ref().is_none_or(|mask| !mask.is_hole(self.scene, triangle, hit))
     }
 
     /// Calls `visit` for each hit of a ray up to the distance `end`, in no particular order. The visitor returns the
     /// distance beyond which later hits are skipped, or `None` to stop.
-    fn each(
+    pub(crate) fn each(
         &self,
         origin: DVec3,
         direction: DVec3,

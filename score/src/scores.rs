@@ -172,12 +172,12 @@ impl Errors {
         (self.pixels > 0).then(|| self.sum / self.pixels as f64)
     }
 
-    fn count(&mut self, error: f64) {
+    pub(crate) fn count(&mut self, error: f64) {
         self.sum += error;
         self.pixels += 1;
     }
 
-    fn add(&mut self, other: &Self) {
+    pub(crate) fn add(&mut self, other: &Self) {
         self.sum += other.sum;
         self.pixels += other.pixels;
     }

@@ -82,6 +82,8 @@ pub(crate) struct Surface {
     pub(crate) receives: bool,
     pub(crate) is_blended: bool,
     pub(crate) is_double_sided: bool,
+    /// Whether the node mirrors the draw, so that its fronts are clockwise (glTF 2.0, section 3.7.4).
+    is_mirrored: bool,
     pub(crate) mask: Option<Mask>,
 }
 
@@ -94,7 +96,14 @@ pub(crate) struct Mask {
     texture: Option<Texture>,
 }
 
-pub(crate) fn surface_of(scene: &Scene, draw: Draw) -> Surface {
+impl Surface {
+    /// Returns `true` if a ray in a direction meets the front of a triangle of the draw.
+    pub(crate) fn is_front(&self, triangle: &Triangle, direction: DVec3) -> bool {
+        (triangle.normal().dot(direction) < 0.0) != self.is_mirrored
+    }
+}
+
+pub(crate) fn surface_of(scene: &Scene, draw: Draw, pose: &Pose) -> Surface {
     let material = scene.material(draw);
     let mask = match material.alpha_mode {
         AlphaMode::Mask { cutoff } => Some(Mask {
@@ -110,6 +119,7 @@ pub(crate) fn surface_of(scene: &Scene, draw: Draw) -> Surface {
         receives: draw.receive_shadow,
         is_blended: material.alpha_mode == AlphaMode::Blend,
         is_double_sided: material.double_sided,
+        is_mirrored: draw.skin.is_none() && pose.world(draw.node).determinant() < 0.0,
         mask,
     }
 }
@@ -162,7 +172,7 @@ fn alpha(image: &Image, texture: &Texture, place: DVec2) -> f64 {
 }
 
 /// The index, 0 to `count` − 1, of the texel that the address mode gives for a texel coordinate.
-fn wrapped(at: f64, count: u32, wrap: AddressMode) -> u32 {
+pub(crate) fn wrapped(at: f64, count: u32, wrap: AddressMode) -> u32 {
     let size = f64::from(count);
     let inside = match wrap {
         AddressMode::Repeat => at.rem_euclid(size),

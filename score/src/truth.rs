@@ -88,29 +88,8 @@ impl<'r> Truth<'r> {
     /// Traces the camera ray through a place in a pixel: `within` runs from 0 to 1, right and down. `None` if no
     /// surface is hit.
     fn see(&self, pixel: usize, within: DVec2) -> Option<Point> {
-        let width = self.size[0] as usize;
-        let at = DVec2::new((pixel % width) as f64, (pixel / width) as f64) + within;
-        let size = DVec2::new(f64::from(self.size[0]), f64::from(self.size[1]));
-        let place = (at / size * 2.0 - 1.0) * DVec2::new(self.camera.aspect, -1.0);
         let (near, far) = self.camera.projection.depth_range();
-        let (origin, direction) = match self.camera.projection {
-            Projection::Perspective { vertical_fov, .. } => {
-                (DVec3::ZERO, (place * (0.5 * vertical_fov).tan()).extend(-1.0))
-            }
-            Projection::Orthographic { half_height, .. } => ((place * half_height).extend(0.0), DVec3::NEG_Z),
-            projection @ Projection::Matrix { .. } => {
-                let [low, right, up, _] = projection.corners(self.camera.aspect, 1.0);
-                let part = DVec2::new(at.x / size.x, 1.0 - at.y / size.y);
-                let across = low + (right - low) * part.x + (up - low) * part.y;
-                if projection.is_orthographic() {
-                    (across.extend(0.0), DVec3::NEG_Z)
-                } else {
-                    (DVec3::ZERO, across.extend(-1.0))
-                }
-            }
-        };
-        let (origin, direction) =
-            (self.camera.position + self.camera.rotation * origin, self.camera.rotation * direction);
+        let (origin, direction) = camera_ray(&self.camera, self.size, pixel, within);
         // Lengths of the direction are distances along the axis.
         let seen = self.rays.seen(origin, direction, [near, far])?;
         Some(Point { position: origin + direction * seen.distance, depth: seen.distance, seen })
@@ -221,6 +200,32 @@ impl<'r> Truth<'r> {
             self.see(pixel, place).is_some_and(|point| self.is_lit(&point, source, DVec2::ZERO) != lit)
         })
     }
+}
+
+/// The ray of a camera through a place in a pixel: `within` runs from 0 to 1, right and down. Lengths of the direction are
+/// distances along the view axis.
+pub(crate) fn camera_ray(camera: &Camera, size: [u32; 2], pixel: usize, within: DVec2) -> (DVec3, DVec3) {
+    let width = size[0] as usize;
+    let at = DVec2::new((pixel % width) as f64, (pixel / width) as f64) + within;
+    let size = DVec2::new(f64::from(size[0]), f64::from(size[1]));
+    let place = (at / size * 2.0 - 1.0) * DVec2::new(camera.aspect, -1.0);
+    let (origin, direction) = match camera.projection {
+        Projection::Perspective { vertical_fov, .. } => {
+            (DVec3::ZERO, (place * (0.5 * vertical_fov).tan()).extend(-1.0))
+        }
+        Projection::Orthographic { half_height, .. } => ((place * half_height).extend(0.0), DVec3::NEG_Z),
+        projection @ Projection::Matrix { .. } => {
+            let [low, right, up, _] = projection.corners(camera.aspect, 1.0);
+            let part = DVec2::new(at.x / size.x, 1.0 - at.y / size.y);
+            let across = low + (right - low) * part.x + (up - low) * part.y;
+            if projection.is_orthographic() {
+                (across.extend(0.0), DVec3::NEG_Z)
+            } else {
+                (DVec3::ZERO, across.extend(-1.0))
+            }
+        }
+    };
+    (camera.position + camera.rotation * origin, camera.rotation * direction)
 }
 
 /// The indices of the up to eight neighbours of a pixel inside the image.

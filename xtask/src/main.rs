@@ -1,5 +1,5 @@
-//! The project's own commands: `cargo xtask demo`, `test`, `scenes`, `gallery`, `cameras`, `figures`,
-//! `drivers`, `validate`, `integrations`, `view`, `soak`, `fuzz`, `mutants` and `web`.
+//! The project's own commands: `cargo xtask demo`, `test`, `scenes`, `gallery`, `cameras`, `colors`,
+//! `figures`, `drivers`, `validate`, `integrations`, `view`, `soak`, `fuzz`, `mutants` and `web`.
 //!
 //! They work on a fresh clone with nothing but cargo: other tools are installed if possible, and named otherwise. There
 //! are no dependencies, so that the command itself builds in a second.
@@ -8,6 +8,7 @@
 
 mod adapter;
 mod cameras;
+mod colors;
 mod demo;
 mod distribution;
 mod driver_search;
@@ -44,6 +45,8 @@ usage: cargo xtask COMMAND
          render examples/gallery/ again: what each pipeline makes of each scene that suits it, in labelled sheets
   cameras [--seed N]
          print the worst errors and scores of each system and the flagship over 20 random cameras, scene by scene
+  colors
+         print how much the colors of the flagship differ from traced paths, scene by scene
   figures [TEXT] [--gpu]
          run the benches whose tables stand in docs/, all or those whose command contains the text, and write the tables
          again, with the machine; --gpu takes those for real hardware, too
@@ -104,6 +107,7 @@ enum Command {
     Scenes { check: bool },
     Gallery,
     Cameras { seed: u64 },
+    Colors,
     Figures(figures::Options),
     Drivers(drivers::Options),
     Validate { all: bool },
@@ -143,6 +147,7 @@ fn run(command: Command) -> Result<bool, String> {
         Command::Scenes { check } => scenes::run(check),
         Command::Gallery => gallery::run(),
         Command::Cameras { seed } => cameras::run(seed),
+        Command::Colors => colors::run(),
         Command::Figures(options) => figures::run(&options),
         Command::Drivers(options) => drivers::run(&options),
         Command::Validate { all } => drivers::validate(all),
@@ -167,6 +172,7 @@ fn parse(arguments: &[String]) -> Result<Command, String> {
         "scenes" => Command::Scenes { check: false },
         "gallery" => Command::Gallery,
         "cameras" => Command::Cameras { seed: 1 },
+        "colors" => Command::Colors,
         "figures" => return figures_options(rest),
         "drivers" => return drivers_options(rest),
         "validate" => Command::Validate { all: false },
@@ -303,6 +309,7 @@ mod tests {
         assert_eq!(parsed("scenes --check"), Ok(Command::Scenes { check: true }));
         assert_eq!(parsed("validate --all"), Ok(Command::Validate { all: true }));
         assert_eq!(parsed("gallery"), Ok(Command::Gallery));
+        assert_eq!(parsed("colors"), Ok(Command::Colors));
         assert_eq!(parsed("cameras --seed 7"), Ok(Command::Cameras { seed: 7 }));
         let figures = figures::Options { only: Some("session".to_owned()), gpu: true };
         assert_eq!(parsed("figures session --gpu"), Ok(Command::Figures(figures)));

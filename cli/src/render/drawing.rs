@@ -56,12 +56,12 @@ pub(crate) struct Drawing<'a> {
 }
 
 /// The inputs of a [`Drawing`] that depend on the command line: the captures, and the environment.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub(crate) struct Given {
     /// The names of the imports into which captures are copied.
-    pub(super) captures: Vec<String>,
+    pub(crate) captures: Vec<String>,
     /// The environment picture; `None` if there is none.
-    pub(super) environment: Option<Environment>,
+    pub(crate) environment: Option<Environment>,
 }
 
 impl<'a> Drawing<'a> {
@@ -247,7 +247,7 @@ impl<'a> Drawing<'a> {
     }
 
     /// Reads the captures of the last frame back from the device, one by one.
-    pub(super) fn captured(&self) -> impl Iterator<Item = Result<Captured, Diagnostic>> {
+    pub(crate) fn captured(&self) -> impl Iterator<Item = Result<Captured, Diagnostic>> {
         self.captures.iter().map(|name| {
             let Graphics { device, queue, .. } = self.graphics;
             if let Some((_, buffer)) = self.buffers.iter().find(|(known, _)| known == name) {

@@ -6,9 +6,13 @@
 //!
 //! Rays are traced once for a scene, a pose, a camera and a light: later runs find their answers in the cache.
 //!
+//! With `--of color` the whole picture is scored instead ([`color`]).
+//!
 //! Limits: lights take turns, so that with several of them what a pipeline keeps from frame to frame (a history of its
 //! picture) is of the light before.
 
+mod color;
+pub(crate) mod color_view;
 pub(crate) mod view;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -17,11 +21,11 @@ use std::path::Path;
 
 use serde_json::json;
 use umbragraph::diagnostic::{Diagnostic, Diagnostics, Place, Severity, list_of};
-use umbragraph_score::{Counts, Limits, Rays, Scores, Seen};
+use umbragraph_score::{Counts, Limited, Limits, Rays, Scores, Seen};
 
 use self::view::{View, casting};
 use crate::answer::{Answer, answer};
-use crate::arguments::ScoreArguments;
+use crate::arguments::{Of, ScoreArguments};
 use crate::cache::Cache;
 use crate::codes;
 use crate::device;
@@ -31,8 +35,13 @@ use crate::render::{Drawing, Given};
 use crate::session::Session;
 use crate::shadow_term;
 
-/// Scores the shadows of a pipeline. Returns `true` if there were no errors and all limits are met.
+/// Scores the shadows or the colors of a pipeline. Returns `true` if there were no errors and all limits are met.
 pub(crate) fn run(arguments: &ScoreArguments) -> bool {
+    if arguments.colors.of == Of::Color {
+        return answer(&arguments.choices, arguments.format, |session, progress| {
+            color::score(arguments, session, progress)
+        });
+    }
     answer(&arguments.choices, arguments.format, |session, progress| score(arguments, session, progress))
 }
 
@@ -54,7 +63,8 @@ fn score(
     session: &mut Session,
     progress: &mut Progress,
 ) -> Result<Scored, Diagnostics> {
-    let limits = arguments.limits.as_deref().map(read_limits).transpose()?;
+    arguments.colors.unused(arguments.seed.is_some())?;
+    let limits = arguments.limits.as_deref().map(read_limits::<Scores>).transpose()?;
     if let Some(out) = &arguments.out {
         files::check("--out", out, &[(".png", Format::Png)])?;
     }
@@ -147,7 +157,8 @@ fn score(
     let mut together = Scores::default();
     lights.iter().for_each(|(_, scores)| together.add(scores));
     if let (Some(limits), Some(path)) = (&limits, &arguments.limits) {
-        session.diagnostics.extend(broken(limits, path, &together));
+        let help = "look at the difference with --out FILE.png; red leaks, blue is acne";
+        session.diagnostics.extend(broken(limits, path, &together, help));
     }
     Ok(Scored { adapter: graphics.name.clone(), triangles, bytes, lights, frames, together })
 }
@@ -186,10 +197,10 @@ pub(crate) fn nothing(message: &str, help: &str) -> Diagnostic {
     Diagnostic::error(codes::SCORE, Place::Nowhere, message).help(help)
 }
 
-fn read_limits(path: &Path) -> Result<Limits, Diagnostic> {
+fn read_limits<S: Limited>(path: &Path) -> Result<Limits<S>, Diagnostic> {
     let name = path.display().to_string();
     let wrong = |message: String| {
-        let names = list_of(Limits::names());
+        let names = list_of(S::limits());
         Diagnostic::in_file(codes::SCORE_LIMITS, &name, "", message)
             .help(format!("write an object with names and numbers; there are {names}"))
     };
@@ -201,25 +212,20 @@ fn read_limits(path: &Path) -> Result<Limits, Diagnostic> {
     Limits::new(values).map_err(|unknown| wrong(format!("no score has the limit \"{unknown}\"")))
 }
 
-fn broken<'a>(
-    limits: &'a Limits,
-    path: &'a Path,
-    together: &Scores,
-) -> impl Iterator<Item = Diagnostic> + use<'a> {
-    limits.broken(together).into_iter().map(|broken| {
+fn broken<S: Limited>(
+    limits: &Limits<S>,
+    path: &Path,
+    together: &S,
+    help: &'static str,
+) -> impl Iterator<Item = Diagnostic> + use<S> {
+    let file = path.display().to_string();
+    limits.broken(together).into_iter().map(move |broken| {
         let measured = match broken.measured {
             Some(value) => format!("{value:.6}"),
             None => "no pixel to measure it on".to_owned(),
         };
         let message = format!("{} is {}, but there is {measured}", broken.name, broken.limit);
-        let help = "look at the difference with --out FILE.png; red leaks, blue is acne";
-        Diagnostic::in_file(
-            codes::SCORE_LIMITS,
-            path.display().to_string(),
-            format!("/{}", broken.name),
-            message,
-        )
-        .help(help)
+        Diagnostic::in_file(codes::SCORE_LIMITS, &*file, format!("/{}", broken.name), message).help(help)
     })
 }
 

@@ -1,7 +1,8 @@
 //! `umbragraph tune`: the values of parameters with which shadows agree best with ray-traced ones.
 //!
 //! The search minimises the mean of a loss over the scenes. The loss of a scene is one minus the intersection
-//! over union, over all its lights and camera positions. For soft shadows it is the mean error.
+//! over union, over all its lights and camera positions. For soft shadows it is the mean error. With `--of color` it is
+//! the mean error, or FLIP, of the picture; its reference is traced once, with the values at the start.
 //!
 //! The method is CMA-ES (Hansen and Ostermeier; the crate `cmaes`) over coordinates between 0 and 1 (`space`), from the
 //! values at the start. After it has converged, it begins again around the best with twice as many candidates. It ends
@@ -31,15 +32,16 @@ use umbragraph_score::Rays;
 
 use self::space::Tuned;
 use self::table::Found;
-use self::trial::{Outcome, REJECTED, Subject, Trials};
+use self::trial::{Outcome, REJECTED, Reference, Subject, Trials};
 use crate::answer::answer;
-use crate::arguments::TuneArguments;
+use crate::arguments::{Of, TuneArguments};
 use crate::codes;
 use crate::device;
 use crate::progress::Progress;
 use crate::render::files;
 use crate::render::{Drawing, Given};
 use crate::replace::replace;
+use crate::score::color_view::{self, ColorView, Look};
 use crate::score::nothing;
 use crate::score::view::View;
 use crate::session::Session;
@@ -62,12 +64,20 @@ fn tune(
     progress: &mut Progress,
 ) -> Result<Found, Diagnostics> {
     files::check_folder(&arguments.out)?;
+    let measure = arguments.measure()?;
+    let colors = &arguments.colors;
+    let settings = colors.settings(arguments.seed)?;
     let is_stopped = stopped_by_the_user();
     let path = session.camera(arguments.shots.film.camera.as_ref())?;
-    let choices = shadow_term::choices(&arguments.choices);
+    let choices = match colors.of {
+        Of::Shadows => shadow_term::choices(&arguments.choices),
+        Of::Color => color_view::choices(&arguments.choices, colors),
+    };
     let loaded = session.open(&arguments.pipeline, &choices.files.extension).ok_or_else(Diagnostics::new)?;
     let Some(document) = loaded.document() else { return Err(Diagnostics::new()) };
-    shadow_term::required(&document.root)?;
+    if colors.of == Of::Shadows {
+        shadow_term::required(&document.root)?;
+    }
     let checked = progress.stage("check", || session.check(&arguments.pipeline, &choices));
     let mut tuned = Vec::new();
     if let Some(pipeline) = &checked.pipeline {
@@ -83,6 +93,11 @@ fn tune(
         scenes.push(progress.stage("load scene", || session.scene(file))?);
     }
     session.ensure_fine(&checked)?;
+    let chosen = (&*arguments.pipeline, &choices);
+    let (checked, given) = match colors.of {
+        Of::Shadows => (checked, Given::default()),
+        Of::Color => color_view::with_resource(checked, chosen, colors, session)?,
+    };
     let graphics = progress.stage("open device", || device::open(arguments.drawn.adapter.as_deref()))?;
     let checked = session.check_on(&graphics, checked, &arguments.pipeline, &choices);
     session.ensure_fine(&checked)?;
@@ -90,8 +105,7 @@ fn tune(
     let mut shots = Vec::new();
     for (at, scene) in scenes.iter().enumerate() {
         let options = Session::options(&choices);
-        let mut drawing =
-            Drawing::new(&graphics, scene, checked.clone(), options, session, Given::default())?;
+        let mut drawing = Drawing::new(&graphics, scene, checked.clone(), options, session, given.clone())?;
         for shot in arguments.shots.all() {
             let input = drawing.input(&path, shot);
             shots.push((at, input, drawing.pose().clone()));
@@ -101,10 +115,20 @@ fn tune(
     let rays: Vec<Rays<'_>> = progress.stage("boxes around triangles", || {
         shots.iter().map(|(scene, _, pose)| Rays::new(&scenes[*scene], pose)).collect()
     });
+    let plan = checked.plan.clone().ok_or_else(Diagnostics::new)?;
+    let look = if colors.of == Of::Color { Some(Look::of(&plan, &given, session)?) } else { None };
     let mut subjects = Vec::new();
-    for ((scene, input, _), rays) in shots.iter().zip(&rays) {
-        if let Some(view) = View::new(rays, input, choices.size, (None, progress))? {
-            subjects.push(Subject { scene: *scene, input: input.clone(), view });
+    for ((scene, input, pose), rays) in shots.iter().zip(&rays) {
+        let reference = match &look {
+            None => View::new(rays, input, choices.size, (None, progress))?.map(Reference::Shadows),
+            Some(look) => {
+                let posed = (rays, &scenes[*scene], pose);
+                ColorView::new(posed, input, choices.size, (look, settings), progress)
+                    .map(|view| Reference::Color(Box::new(view)))
+            }
+        };
+        if let Some(reference) = reference {
+            subjects.push(Subject { scene: *scene, input: input.clone(), reference });
         }
     }
     if subjects.is_empty() {
@@ -113,6 +137,7 @@ fn tune(
     let values: Vec<_> = tuned.iter().map(|one| (one.name.clone(), one.start.clone())).collect();
     let trials = Trials {
         arguments,
+        measure,
         choices,
         graphics: &graphics,
         session,
@@ -135,7 +160,7 @@ fn tune(
     progress.begin("tune", u64::from(arguments.budget));
     let before = search.trials.run(&values, progress)?;
     progress.advance();
-    if before.scenes.iter().all(|scores| trial::loss(scores, arguments.measure).is_none()) {
+    if before.scenes.iter().all(|scores| trial::loss(scores, measure).is_none()) {
         let help = "let something cast a shadow in view; mean-error needs lights with an extent";
         return Err(nothing("no scene has what the score is about", help).into());
     }
@@ -147,7 +172,7 @@ fn tune(
         return Err(Diagnostics::new());
     }
     let names = search.tuned.iter().map(|one| one.name.clone()).collect();
-    let found = Found::new(arguments, &graphics.name, names, search.tried, search.rejected);
+    let found = Found::new((arguments, measure), &graphics.name, names, search.tried, search.rejected);
     let found = found.ok_or_else(Diagnostics::new)?;
     let text = file::text(&found, arguments, session, document)?;
     replace(&arguments.out, text)?;
@@ -310,8 +335,12 @@ impl Search<'_> {
 
     /// Returns a warning for each parameter without any effect, and an error if no other parameter is left.
     fn findings(&self) -> Vec<Diagnostic> {
+        let what = match self.trials.arguments.colors.of {
+            Of::Shadows => "shadow term",
+            Of::Color => "picture",
+        };
         let of = |one: &Tuned| {
-            let message = format!("the parameter \"{}\" changes no pixel of the shadow term", one.name);
+            let message = format!("the parameter \"{}\" changes no pixel of the {what}", one.name);
             let help = format!(
                 "it keeps {}; what it takes effect with is to be given with --set, --feature or --preset",
                 one.start
@@ -324,7 +353,7 @@ impl Search<'_> {
         let mut findings: Vec<Diagnostic> = self.left_out.iter().map(of).collect();
         if self.tuned.is_empty() {
             let error = Diagnostic::error(codes::TUNE, Place::Nowhere, "no parameter is left to be tuned");
-            findings.push(error.help("name one that changes the shadow term"));
+            findings.push(error.help(format!("name one that changes the {what}")));
         }
         findings
     }

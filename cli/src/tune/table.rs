@@ -37,7 +37,7 @@ pub(super) struct Found {
 impl Found {
     /// Creates the result of a search. `tried` begins with the start values; `None` if it is empty.
     pub(super) fn new(
-        arguments: &TuneArguments,
+        (arguments, measure): (&TuneArguments, Measure),
         adapter: &str,
         names: Vec<String>,
         tried: Vec<Tried>,
@@ -48,7 +48,7 @@ impl Found {
         Some(Self {
             adapter: adapter.to_owned(),
             scenes: arguments.scene.iter().map(name).collect(),
-            measure: arguments.measure,
+            measure,
             trials: tried.len() + rejected as usize,
             rejected: rejected as usize,
             budget: arguments.budget,
@@ -64,6 +64,7 @@ impl Found {
         match self.measure {
             Measure::Iou => "IoU",
             Measure::MeanError => "mean error",
+            Measure::Flip => "FLIP",
         }
     }
 
@@ -71,7 +72,7 @@ impl Found {
     pub(super) fn score(&self, loss: f64) -> f64 {
         match self.measure {
             Measure::Iou => 1.0 - loss,
-            Measure::MeanError => loss,
+            Measure::MeanError | Measure::Flip => loss,
         }
     }
 }

@@ -6,6 +6,7 @@
 
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 
+use serde::Serialize;
 use umbragraph::Executor;
 use umbragraph::diagnostic::Diagnostics;
 use umbragraph::frame::FrameInput;
@@ -15,11 +16,13 @@ use umbragraph::low_level::pipeline::TypedPipeline;
 use umbragraph::low_level::shader::{Stage, texture_reads};
 use umbragraph::work::Work;
 use umbragraph_score::Scores;
+use umbragraph_score::color::ColorScores;
 
-use crate::arguments::{Choices, Measure, TuneArguments};
+use crate::arguments::{Choices, Measure, Of, TuneArguments};
 use crate::device::Graphics;
 use crate::progress::Progress;
 use crate::render::Drawing;
+use crate::score::color_view::ColorView;
 use crate::score::view::View;
 use crate::session::Session;
 
@@ -31,7 +34,31 @@ pub(crate) struct Subject<'r> {
     /// The index of the frame's scene.
     pub(crate) scene: usize,
     pub(crate) input: FrameInput,
-    pub(crate) view: View<'r>,
+    pub(crate) reference: Reference<'r>,
+}
+
+/// The ray-traced reference of a frame: of its shadows or of its colors.
+pub(crate) enum Reference<'r> {
+    Shadows(View<'r>),
+    Color(Box<ColorView>),
+}
+
+/// The scores of a scene: of its shadows or of its colors.
+#[derive(Clone, Debug, Serialize)]
+#[serde(untagged)]
+pub(crate) enum Scored {
+    Shadows(Box<Scores>),
+    Color(ColorScores),
+}
+
+impl Scored {
+    /// No scores yet, of what is scored.
+    fn new(of: Of) -> Self {
+        match of {
+            Of::Shadows => Self::Shadows(Box::default()),
+            Of::Color => Self::Color(ColorScores::default()),
+        }
+    }
 }
 
 /// The outcome of rendering and scoring one set of parameter values.
@@ -40,7 +67,7 @@ pub(crate) struct Outcome {
     /// The loss to minimize: the mean over the scenes.
     pub(crate) loss: f64,
     /// The scores of each scene, in the order of the scenes.
-    pub(crate) scenes: Vec<Scores>,
+    pub(crate) scenes: Vec<Scored>,
     pub(crate) cost: Cost,
     /// The hash of all rendered pictures.
     pub(crate) pictures: u64,
@@ -58,7 +85,8 @@ pub(crate) struct Cost {
 /// A pipeline with the scenes on which values are tried.
 pub(crate) struct Trials<'a> {
     pub(crate) arguments: &'a TuneArguments,
-    /// The options of the command line, with the shadow term as the picture.
+    pub(crate) measure: Measure,
+    /// The options of the command line, with the shadow term as the picture if shadows are scored.
     pub(crate) choices: Choices,
     pub(crate) graphics: &'a Graphics,
     pub(crate) session: &'a mut Session,
@@ -81,7 +109,7 @@ impl Trials<'_> {
         progress: &mut Progress,
     ) -> Result<Outcome, Diagnostics> {
         self.set(values)?;
-        let mut scenes = vec![Scores::default(); self.drawings.len()];
+        let mut scenes = vec![Scored::new(self.arguments.colors.of); self.drawings.len()];
         let (mut texels, mut hasher) = (0, DefaultHasher::new());
         for drawing in &mut self.drawings {
             drawing.executor.reset_history();
@@ -89,16 +117,26 @@ impl Trials<'_> {
         for subject in self.subjects {
             let Some(drawing) = self.drawings.get_mut(subject.scene) else { continue };
             drawing.place(subject.input.time);
-            for answer in subject.view.answers(drawing, &subject.input, progress)? {
-                answer.pixels.hash(&mut hasher);
-                if let Some(scene) = scenes.get_mut(subject.scene) {
-                    scene.add(&answer.scores);
+            let Some(scene) = scenes.get_mut(subject.scene) else { continue };
+            match (&subject.reference, scene) {
+                (Reference::Shadows(view), Scored::Shadows(scene)) => {
+                    for answer in view.answers(drawing, &subject.input, progress)? {
+                        answer.pixels.hash(&mut hasher);
+                        scene.add(&answer.scores);
+                        texels += drawn_texels(&drawing.executor);
+                    }
                 }
-                texels += drawn_texels(&drawing.executor);
+                (Reference::Color(view), Scored::Color(scene)) => {
+                    let answer = view.answer(drawing, &subject.input, progress)?;
+                    let parts = answer.picture.iter().flat_map(|color| color.to_array());
+                    parts.for_each(|part| part.to_bits().hash(&mut hasher));
+                    scene.add(&answer.compared.scores);
+                    texels += drawn_texels(&drawing.executor);
+                }
+                _ => {}
             }
         }
-        let losses: Vec<f64> =
-            scenes.iter().filter_map(|scores| loss(scores, self.arguments.measure)).collect();
+        let losses: Vec<f64> = scenes.iter().filter_map(|scores| loss(scores, self.measure)).collect();
         let loss = losses.iter().sum::<f64>() / losses.len().max(1) as f64;
         let cost = Cost { texels: texels / self.subjects.len().max(1) as u64, taps: self.taps };
         Ok(Outcome { loss, scenes, cost, pictures: hasher.finish() })
@@ -145,10 +183,12 @@ impl Trials<'_> {
 }
 
 /// Returns the loss of a scene from its scores; `None` if the measured score is missing.
-pub(crate) fn loss(scores: &Scores, measure: Measure) -> Option<f64> {
-    match measure {
-        Measure::Iou => scores.iou().map(|iou| 1.0 - iou),
-        Measure::MeanError => scores.mean_error.mean(),
+pub(crate) fn loss(scores: &Scored, measure: Measure) -> Option<f64> {
+    match (scores, measure) {
+        (Scored::Shadows(scores), Measure::Iou) => scores.iou().map(|iou| 1.0 - iou),
+        (Scored::Shadows(scores), _) => scores.mean_error.mean(),
+        (Scored::Color(scores), Measure::Flip) => scores.flip.mean(),
+        (Scored::Color(scores), _) => scores.mean_error.mean(),
     }
 }
 

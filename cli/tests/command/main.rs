@@ -18,6 +18,7 @@ mod render_colors;
 mod render_failures;
 mod report;
 mod score;
+mod score_color;
 mod shader_tests;
 mod show;
 mod stability;

@@ -30,7 +30,7 @@ enum Contents {
 }
 
 /// The captured contents of a resource, read back from the device.
-pub(super) enum Captured {
+pub(crate) enum Captured {
     Texels {
         texels: Texels,
         /// The number of samples of each texel. The texels are those of the first sample.
