@@ -67,7 +67,7 @@ fn cameras(random: &mut Random) -> [Camera; 4] {
     let turned = DMat4::from_cols_array(&[
         -1.0, 0.0, 0.0, 0.0, 0.3, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0,
     ]);
-    let clip_from_view = turned * DMat4::perspective_rh(0.9, ASPECT, 0.05, 300.0);
+    let clip_from_view = turned * perspective.clip(ASPECT, false);
     let matrix = Projection::Matrix { clip_from_view, jitter: DVec2::new(0.004, -0.003) };
     let mut camera = |projection: Projection, pitch: f64| {
         let place =
