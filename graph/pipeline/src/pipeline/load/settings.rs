@@ -100,13 +100,12 @@ pub(super) fn check_data(document: &Document, shared: &mut Shared) {
     }
 }
 
-/// Reports names that are both a feature and a parameter, or one of these and a resource, so that an expression could
-/// mean either.
+/// Reports names that are both a parameter and a feature or a resource, so that an expression could mean either. A
+/// resource may have the name of the feature that it belongs to.
 fn check_twins(document: &Document, diagnostics: &mut Diagnostics) {
     for (own, what, others, other) in [
         ("features", "feature", "parameters", "parameter"),
         ("resources", "resource", "parameters", "parameter"),
-        ("resources", "resource", "features", "feature"),
     ] {
         for entry in section(document, own) {
             if let Some(twin) = section(document, others).iter().find(|other| other.key == entry.key) {
