@@ -7,6 +7,7 @@ mod diff;
 mod environment;
 mod fmt;
 mod guide;
+mod imports;
 mod input;
 mod new;
 mod permutations;
