@@ -89,6 +89,8 @@ pub mod low_level {
 
     #[cfg(feature = "environment")]
     pub use crate::front::environment;
+    #[cfg(all(feature = "environment", feature = "gltf"))]
+    pub use crate::front::import;
     #[cfg(feature = "gpu")]
     pub use crate::front::{adapter, buffers, sheet};
     pub use crate::front::{camera_path, files, picture, starter};

@@ -15,6 +15,9 @@ umbragraph_graph::codes! {
     /// Lights of the scene that no pass reads.
     UNREAD_LIGHTS = "UG0811", "lights without a part in the picture",
         "The scene has lights that no pass of the pipeline reads, such as spots and point lights where the pipeline lights with one directional light alone. A pipeline with a `light_list` takes every kind.";
+    /// A picture for an imported texture that cannot be used.
+    IMPORT_FILE = "UG0829", "unusable picture for an import",
+        "`--import NAME=FILE` of `umbragraph render` and `umbragraph view` fills an imported texture that passes only read. The file is a PNG or JPEG, or an OpenEXR or Radiance picture for a float format; its size is that of the texture. Layers stand side by side or below one another.";
     /// An environment picture that cannot be used.
     ENVIRONMENT = "UG0815", "unusable environment",
         "`--environment FILE` of `umbragraph render` and `umbragraph view` takes an equirectangular picture, a Radiance .hdr or an OpenEXR .exr, for pipelines with an imported texture `environment` of the format rgba16float and a feature `environment`, such as pipelines/umbra.json. Where the feature is on, the picture has to be given.";

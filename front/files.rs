@@ -55,6 +55,17 @@ pub fn replace_if(path: &Path, known: &str, text: &str) -> Result<(), Diagnostic
     replace(path, format!("{mark}{text}"))
 }
 
+/// Size in bytes and modification time of a file; `None` if the file does not exist.
+#[cfg(any(feature = "environment", feature = "watch"))]
+pub(crate) type Stamp = Option<(u64, Option<std::time::SystemTime>)>;
+
+/// Returns the size and modification time of a file now.
+#[cfg(any(feature = "environment", feature = "watch"))]
+pub(crate) fn stamp(path: &Path) -> Stamp {
+    let metadata = std::fs::metadata(path).ok()?;
+    Some((metadata.len(), metadata.modified().ok()))
+}
+
 /// A file under construction: a temporary file beside the final path, renamed to that path once it is complete.
 #[derive(Debug)]
 pub struct Unfinished {

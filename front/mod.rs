@@ -11,6 +11,8 @@ pub(crate) mod codes;
 #[cfg(feature = "environment")]
 pub mod environment;
 pub mod files;
+#[cfg(all(feature = "environment", feature = "gltf"))]
+pub mod import;
 mod library;
 mod options;
 mod orbit;

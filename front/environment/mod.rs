@@ -8,7 +8,7 @@ mod radiance;
 
 use std::path::Path;
 
-use self::radiance::Colors;
+pub(super) use self::radiance::Colors;
 use crate::diagnostic::{Diagnostic, Place};
 use crate::low_level::compose::{read_bytes, unreadable};
 use crate::low_level::language::Lifetime;
@@ -137,13 +137,20 @@ pub fn unread(path: &Path, plan: &Plan) -> Option<Diagnostic> {
         .then(|| Diagnostic::in_file(ENVIRONMENT, path.display().to_string(), "", message).help(help))
 }
 
-/// Decodes a picture as OpenEXR or Radiance, by its first bytes.
-fn decoded(bytes: &[u8]) -> Result<Colors, String> {
-    let is_exr = bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]);
-    if is_exr { open_exr(bytes) } else { radiance::decode(bytes) }
+/// The first bytes of an OpenEXR file.
+const EXR: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
+
+/// Returns `true` if the first bytes are those of an OpenEXR or Radiance file.
+pub(super) fn is_known(bytes: &[u8]) -> bool {
+    bytes.starts_with(&EXR) || bytes.starts_with(b"#?")
 }
 
-/// Decodes the first layer of an OpenEXR file that has red, green and blue.
+/// Decodes a picture as OpenEXR or Radiance, by its first bytes.
+pub(super) fn decoded(bytes: &[u8]) -> Result<Colors, String> {
+    if bytes.starts_with(&EXR) { open_exr(bytes) } else { radiance::decode(bytes) }
+}
+
+/// Decodes the first layer of an OpenEXR file that has red, green and blue. Alpha is 1 where the file has none.
 fn open_exr(bytes: &[u8]) -> Result<Colors, String> {
     use exr::prelude::*;
     // Memory is taken for the size that the header states.
@@ -156,12 +163,12 @@ fn open_exr(bytes: &[u8]) -> Result<Colors, String> {
     let image = read()
         .no_deep_data()
         .largest_resolution_level()
-        .rgb_channels(
-            |size: Vec2<usize>, _: &RgbChannels| (size.width(), vec![[0.0_f32; 3]; size.area()]),
-            |(width, texels): &mut (usize, Vec<[f32; 3]>),
+        .rgba_channels(
+            |size: Vec2<usize>, _: &RgbaChannels| (size.width(), vec![[0.0_f32; 4]; size.area()]),
+            |(width, texels): &mut (usize, Vec<[f32; 4]>),
              at: Vec2<usize>,
-             (red, green, blue): (f32, f32, f32)| {
-                texels[at.y() * *width + at.x()] = [red, green, blue];
+             (red, green, blue, alpha): (f32, f32, f32, f32)| {
+                texels[at.y() * *width + at.x()] = [red, green, blue, alpha];
             },
         )
         .first_valid_layer()
@@ -186,6 +193,7 @@ fn resized(colors: &Colors, width: usize, height: usize) -> Vec<[f32; 3]> {
             let columns = span(x, width, colors.width);
             let mut sum = [0.0_f32; 3];
             for texel in rows.clone().flat_map(|row| &colors.texels[row * colors.width..][columns.clone()]) {
+                // Without alpha.
                 for (sum, channel) in sum.iter_mut().zip(texel) {
                     *sum += if channel.is_nan() { 0.0 } else { channel.clamp(0.0, MAX) };
                 }
@@ -206,7 +214,12 @@ mod tests {
 
     #[test]
     fn resized_pictures_keep_their_mean_and_are_numbers() {
-        let texels = vec![[1.0, f32::NAN, f32::INFINITY], [3.0, 2.0, -1.0], [5.0, 0.0, 0.0], [7.0, 0.0, 0.0]];
+        let texels = vec![
+            [1.0, f32::NAN, f32::INFINITY, 1.0],
+            [3.0, 2.0, -1.0, 1.0],
+            [5.0, 0.0, 0.0, 1.0],
+            [7.0, 0.0, 0.0, 1.0],
+        ];
         let colors = Colors { width: 4, height: 1, texels };
         assert_eq!(resized(&colors, 2, 1), [[2.0, 1.0, MAX / 2.0], [6.0, 0.0, 0.0]]);
         let larger = resized(&colors, 8, 2);
@@ -260,7 +273,7 @@ mod tests {
     #[test]
     fn open_exr_pictures_are_read_and_broken_ones_are_not() {
         let bytes = gradient(2, 1);
-        assert_eq!(open_exr(&bytes).expect("a picture").texels, [[0.0, 0.5, 4.0], [1.0, 0.5, 4.0]]);
+        assert_eq!(open_exr(&bytes).expect("a picture").texels, [[0.0, 0.5, 4.0, 1.0], [1.0, 0.5, 4.0, 1.0]]);
         assert!(open_exr(&bytes[..bytes.len() / 2]).is_err());
         // A header of a few bytes that states terabytes.
         let mut huge = bytes;

@@ -4,15 +4,15 @@
 //! Pictures are read whose rows go from top to bottom and from left to right (`-Y HEIGHT +X WIDTH`), in RGB; nearly all
 //! are so.
 
-/// A picture of linear RGB colors, row by row from the top.
+/// A picture of linear RGB colors and alpha, row by row from the top.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Colors {
-    pub(super) width: usize,
-    pub(super) height: usize,
-    pub(super) texels: Vec<[f32; 3]>,
+pub(in crate::front) struct Colors {
+    pub(in crate::front) width: usize,
+    pub(in crate::front) height: usize,
+    pub(in crate::front) texels: Vec<[f32; 4]>,
 }
 
-/// The maximum width and height in pixels; 16k by 8k texels take 1.5 GiB.
+/// The maximum width and height in pixels; 16k by 8k texels take 2 GiB.
 pub(super) const MAX_SIDE: usize = 16384;
 
 /// Decodes a Radiance `.hdr` file.
@@ -114,11 +114,12 @@ fn read_old_row<'a>(mut bytes: &'a [u8], row: &mut [[u8; 4]]) -> Option<&'a [u8]
     Some(bytes)
 }
 
-/// Converts a texel of three mantissas and a shared exponent (RGBE) to a linear color.
-fn linear([red, green, blue, exponent]: [u8; 4]) -> [f32; 3] {
+/// Converts a texel of three mantissas and a shared exponent (RGBE) to a linear color with an alpha of 1.
+fn linear([red, green, blue, exponent]: [u8; 4]) -> [f32; 4] {
     let scale = if exponent == 0 { 0.0 } else { f32::from(exponent) - 136.0 };
     let factor = if exponent == 0 { 0.0 } else { scale.exp2() };
-    [red, green, blue].map(|mantissa| f32::from(mantissa) * factor)
+    let [red, green, blue] = [red, green, blue].map(|mantissa| f32::from(mantissa) * factor);
+    [red, green, blue, 1.0]
 }
 
 #[cfg(test)]
@@ -132,7 +133,7 @@ mod tests {
     #[test]
     fn plain_texels_are_mantissas_and_an_exponent() {
         let colors = decode(&file("-Y 1 +X 2", &[128, 64, 0, 129, 128, 128, 128, 136])).unwrap();
-        assert_eq!(colors.texels, [[1.0, 0.5, 0.0], [128.0; 3]]);
+        assert_eq!(colors.texels, [[1.0, 0.5, 0.0, 1.0], [128.0, 128.0, 128.0, 1.0]]);
         assert_eq!((colors.width, colors.height), (2, 1));
     }
 
@@ -140,10 +141,10 @@ mod tests {
     fn runs_are_expanded_by_channel() {
         let runs = [2, 2, 0, 9, 137, 128, 137, 64, 9, 0, 1, 2, 3, 4, 5, 6, 7, 8, 137, 136];
         let colors = decode(&file("-Y 1 +X 9", &runs)).unwrap();
-        assert_eq!(colors.texels[3], [128.0, 64.0, 3.0]);
-        assert_eq!(colors.texels[8], [128.0, 64.0, 8.0]);
+        assert_eq!(colors.texels[3], [128.0, 64.0, 3.0, 1.0]);
+        assert_eq!(colors.texels[8], [128.0, 64.0, 8.0, 1.0]);
         let repeated = decode(&file("-Y 1 +X 4", &[128, 0, 0, 129, 1, 1, 1, 3])).unwrap();
-        assert_eq!(repeated.texels, [[1.0, 0.0, 0.0]; 4]);
+        assert_eq!(repeated.texels, [[1.0, 0.0, 0.0, 1.0]; 4]);
     }
 
     #[test]

@@ -32,6 +32,7 @@ mod frames;
 mod scene;
 mod worker;
 
+use std::collections::BTreeMap;
 use std::fmt;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, Sender, channel};
@@ -173,6 +174,7 @@ impl Watcher {
             wake: wake.clone(),
             events,
             parameters: Vec::new(),
+            files: BTreeMap::new(),
             inputs: None,
             running: None,
             is_broken: false,
@@ -231,6 +233,12 @@ impl Watcher {
     #[cfg(feature = "gltf")]
     pub fn set_scene(&self, path: impl Into<PathBuf>) {
         self.order(Order::Scene(path.into()));
+    }
+
+    /// Sets further files, such as pictures, that the host reads itself. The function of [`Watcher::wake`] is called
+    /// after each change of one of them.
+    pub fn set_files(&self, files: impl IntoIterator<Item = impl Into<PathBuf>>) {
+        self.order(Order::Files(files.into_iter().map(Into::into).collect()));
     }
 
     /// Plans imports as the documents declare them, whatever textures the frames bring. This suits a host that creates
@@ -302,6 +310,7 @@ impl Watcher {
                 }
                 Outcome::Broken(error) => self.error = Some(error),
                 Outcome::Same => self.error = None,
+                Outcome::Files => {}
                 #[cfg(feature = "gltf")]
                 Outcome::Scene(Ok(scene)) => self.scene = SceneNews { new: Some(scene), error: None },
                 #[cfg(feature = "gltf")]

@@ -6,15 +6,12 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
-use std::time::SystemTime;
 
 use umbragraph_graph::compose::read_bytes;
 
 use crate::diagnostic::Diagnostics;
+use crate::front::files::{Stamp, stamp};
 use crate::scene::{self, Folder, ResolveError, Resolver, Scene};
-
-/// Size in bytes and modification time of a file; `None` if the file does not exist.
-type Stamp = Option<(u64, Option<SystemTime>)>;
 
 /// A scene file, and the state of the files that the scene was loaded from.
 pub(super) struct WatchedScene {
@@ -67,9 +64,4 @@ impl Resolver for Noting {
         }
         self.files.read(path)
     }
-}
-
-fn stamp(path: &Path) -> Stamp {
-    let metadata = std::fs::metadata(path).ok()?;
-    Some((metadata.len(), metadata.modified().ok()))
 }

@@ -3,6 +3,7 @@
 //! Two messages reach it: files changed, and the inputs of frames are others. Both lead to one attempt: read everything
 //! again, load, plan for the last inputs, make the pipelines. The outcome goes back as one [`Outcome`].
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -11,6 +12,7 @@ use std::time::{Duration, Instant};
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::executor::{PlanPreparer, PreparedPlan};
 use crate::front::Options;
+use crate::front::files::{Stamp, stamp};
 use crate::front::library::Library;
 use crate::low_level::session::Target;
 use crate::low_level::source::Sources;
@@ -35,6 +37,8 @@ pub(super) enum Order {
     /// The path of the scene file to load and watch.
     #[cfg(feature = "gltf")]
     Scene(PathBuf),
+    /// The paths of further files, which the host reads itself.
+    Files(Vec<PathBuf>),
     /// Ends the thread.
     Stop,
 }
@@ -56,6 +60,8 @@ pub(super) enum Outcome {
     Broken(Error),
     /// The files are again those of the running plan.
     Same,
+    /// A file that the host reads itself has changed.
+    Files,
     /// The loaded scene, or the error that prevented its load.
     #[cfg(feature = "gltf")]
     Scene(Result<Box<crate::scene::Scene>, Error>),
@@ -85,6 +91,8 @@ pub(super) struct Worker {
     pub(super) wake: Arc<Mutex<Wake>>,
     pub(super) events: FileEvents,
     pub(super) parameters: Vec<PathBuf>,
+    /// The files that the host reads itself, as they were when they were last looked at.
+    pub(super) files: BTreeMap<PathBuf, Stamp>,
     pub(super) inputs: Option<Box<Inputs>>,
     /// The files of the last plan that was sent.
     pub(super) running: Option<Read>,
@@ -126,6 +134,10 @@ impl Worker {
                         self.scene = Some(super::scene::WatchedScene::new(path));
                         changed = changed.or_else(|| Some(Instant::now()));
                     }
+                    Some(Order::Files(files)) => {
+                        self.files = files.into_iter().map(|path| (path, None)).collect();
+                        changed = changed.or_else(|| Some(Instant::now()));
+                    }
                     Some(Order::Stop) => return,
                     None => {}
                 }
@@ -139,6 +151,7 @@ impl Worker {
             if let Some(at) = changed {
                 #[cfg(feature = "gltf")]
                 self.scene_again();
+                self.look_at_files();
                 is_planned = self.read_again(at);
                 if self.watch() {
                     is_planned |= self.read_again(at);
@@ -154,6 +167,7 @@ impl Worker {
     /// again: they may have changed before.
     fn watch(&mut self) -> bool {
         let mut files = self.parameters.clone();
+        files.extend(self.files.keys().cloned());
         files.extend(self.library.paths_of(&self.target));
         #[cfg(feature = "gltf")]
         files.extend(self.scene.iter().flat_map(super::scene::WatchedScene::files));
@@ -234,6 +248,19 @@ impl Worker {
         let is_current = !self.is_broken;
         let ready = Ready { read, options, plan, warnings, prepared, is_current, reload };
         self.tell(Outcome::Ready(Box::new(ready)));
+    }
+
+    /// Tells the host if one of the files that it reads itself has changed.
+    fn look_at_files(&mut self) {
+        let mut has_changed = false;
+        for (path, known) in &mut self.files {
+            let now = stamp(path);
+            has_changed |= now != *known;
+            *known = now;
+        }
+        if has_changed {
+            self.tell(Outcome::Files);
+        }
     }
 
     #[cfg(feature = "gltf")]

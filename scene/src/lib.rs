@@ -55,6 +55,8 @@ pub mod trace;
 pub mod view;
 pub mod visibility;
 
-pub use load::{Folder, MAX_FILE_BYTES, NoFiles, ResolveError, Resolver, from_slice, load, load_below};
+pub use load::{
+    Folder, MAX_FILE_BYTES, NoFiles, ResolveError, Resolver, from_slice, image_from_slice, load, load_below,
+};
 pub use pose::Pose;
 pub use scene::{Draw, Scene};

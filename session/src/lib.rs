@@ -47,7 +47,7 @@ mod tokens;
 
 pub use assist::{
     Candidate, CandidateKind, Change, ChangeError, Changes, Color, Computed, Cursor, Expected, Hover,
-    RenameError, Renamed, Slot, TemplateItem, TemplateSymbol, Written, kind_of,
+    RenameError, Renamed, Slot, TemplateItem, TemplateSymbol, Written, is_about_color, kind_of,
 };
 pub use cancel::{Cancel, Cancelled};
 pub use choice::{Choice, Target};

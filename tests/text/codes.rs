@@ -15,6 +15,7 @@ const ELSEWHERE: &[(&str, &[&str])] = &[
     ("cli/tests/command/status.rs", &["UG0004", "UG0005", "UG0801", "UG0808"]),
     ("cli/tests/command/diff.rs", &["UG0009"]),
     ("cli/tests/command/environment.rs", &["UG0815"]),
+    ("cli/tests/command/imports.rs", &["UG0829"]),
     ("cli/tests/command/input.rs", &["UG0010"]),
     ("cli/tests/command/render.rs", &["UG0809", "UG0810", "UG0811"]),
     ("cli/tests/command/score.rs", &["UG0812", "UG0813"]),

@@ -8,6 +8,7 @@ use serde_json::{Map, Value, json};
 use umbragraph::diagnostic::{codes, list_of};
 use umbragraph::low_level::camera_path::{CameraPath, Key};
 use umbragraph::low_level::files::replace;
+use umbragraph::low_level::import::ImportArgument;
 
 use crate::actions::{Action, KEYED};
 use crate::app::Viewer;
@@ -64,6 +65,8 @@ impl Viewer {
             Action::NextPanel(by) => self.dock.focus(context, by),
             Action::ResetPanels => {
                 self.dock = Dock::default();
+                // egui's own key for it is this one.
+                context.set_zoom_factor(1.0);
                 self.dock.open(Pane::Inspector, self.inspector.selected.is_some());
             }
             Action::Turn(turn, by) => self.turn(turn, by),
@@ -267,6 +270,9 @@ impl Viewer {
         }
         if let Some(file) = &self.arguments.environment {
             option("--environment", path(file));
+        }
+        for ImportArgument { name, path: file } in &self.arguments.imports {
+            option("--import", format!("{name}={}", path(file)));
         }
         if let Some(folder) = &self.arguments.templates {
             option("--templates", path(folder));

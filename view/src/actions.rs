@@ -2,6 +2,7 @@
 
 use eframe::egui::{self, Key, Modifiers};
 
+use crate::buffers::{List, OF_LISTS};
 use crate::dock::Pane;
 use crate::turns::Turn;
 
@@ -81,7 +82,7 @@ pub(crate) const KEYS: [(&str, &[Shortcut]); 4] = [
         (COMMAND, Key::F, Action::SearchGraph, "search the graph"),
         (NONE, Key::T, Action::Panel(Pane::Times), "times of passes"),
         (NONE, Key::N, Action::Panel(Pane::Notices), "diagnostics and notices"),
-        (COMMAND, Key::Num0, Action::ResetPanels, "reset the layout"),
+        (COMMAND, Key::Num0, Action::ResetPanels, "reset the layout and the zoom"),
         (NONE, Key::F1, Action::Help, "this list"),
     ]),
     ("INSPECTOR", &[
@@ -134,10 +135,13 @@ pub(crate) fn pressed(context: &egui::Context, had_focus: bool) -> Vec<Action> {
     if egui::Popup::is_any_open(context) {
         return Vec::new();
     }
-    let has_focus = context.memory(|memory| memory.focused().is_some());
+    let focused = context.memory(|memory| memory.focused());
+    let has_focus = focused.is_some();
+    let has_list = focused == Some(List::id());
     let is_writing = context.text_edit_focused();
     let is_taken = |modifiers: &Modifiers, key: Key| {
         (has_focus && OF_CONTROLS.contains(&key))
+            || (has_list && OF_LISTS.contains(&key))
             || (had_focus && key == Key::Escape)
             || (is_writing && !modifiers.command && !WITHOUT_TEXT.contains(&key))
     };

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Parser;
 use serde_json::Value;
 use umbragraph::low_level::camera_path::CameraArgument;
+use umbragraph::low_level::import::ImportArgument;
 
 /// Shows the live frame of a pipeline on a scene, and updates it when the files change.
 #[derive(Parser, Clone, Debug)]
@@ -19,6 +20,10 @@ pub(crate) struct Arguments {
     /// on.
     #[arg(long, value_name = "FILE")]
     pub(crate) environment: Option<PathBuf>,
+    /// Fills an imported texture that passes only read, such as a table of colors, with a PNG or JPEG, or a float
+    /// format with an .exr or .hdr. The file is read again when it changes.
+    #[arg(long = "import", value_name = "NAME=FILE", value_parser = ImportArgument::parse)]
+    pub(crate) imports: Vec<ImportArgument>,
     /// Uses the adapter whose name or backend contains this text; `umbragraph adapters` lists them. By default,
     /// WGPU_ADAPTER_NAME, WGPU_BACKEND and WGPU_POWER_PREF select the adapter, or else the best one is taken.
     #[arg(long, value_name = "NAME")]

@@ -9,7 +9,7 @@ use umbragraph::low_level::capture::Capture;
 use umbragraph::low_level::report::Report;
 use umbragraph::low_level::sheet::{Content, Range, Sheet, sheet};
 
-use crate::buffers::{Field, compared, fields, layouts, size_of};
+use crate::buffers::{Field, List, compared, fields, layouts, size_of};
 use crate::capture::{Captured, Request};
 use crate::choices::{Look, Side};
 use crate::dock::FOCUS;
@@ -30,6 +30,7 @@ pub(crate) struct Contents {
     bytes: Vec<Vec<u8>>,
     /// The decoded fields of a buffer that are shown.
     fields: Vec<Field>,
+    list: List,
     layout: String,
     /// The request whose contents `captured` or `bytes` holds.
     of: Request,
@@ -57,6 +58,7 @@ impl Contents {
     pub(crate) fn look_at(&mut self, name: &str, pass: Option<String>) {
         if self.look.name != name {
             (self.look, self.cursor) = (Look { name: name.to_owned(), ..Look::default() }, None);
+            self.list = List::default();
             self.tiles.clear();
         }
         self.look.pass = pass;
@@ -122,7 +124,7 @@ impl Contents {
             (Side::Difference, Some(before)) => compared(after, &before.0),
         };
         self.layout.clone_from(&layout.label);
-        crate::buffers::show(ui, &self.fields, has_more, places);
+        self.list.show(ui, &self.fields, has_more, places);
     }
 
     /// Shows the contents of a resource.
@@ -196,8 +198,11 @@ impl Contents {
     pub(crate) fn state(&self) -> Value {
         if !self.bytes.is_empty() {
             let of = self.references();
-            let fields = crate::buffers::state(&self.fields);
-            return json!({ "of": of, "layout": self.layout, "fields": fields });
+            let mut state = json!({ "of": of, "layout": self.layout });
+            for (name, value) in self.list.state(&self.fields) {
+                state[name] = value;
+            }
+            return state;
         }
         let Some(drawn) = &self.drawn else { return Value::Null };
         let channels = drawn.channels.iter().map(|one| {

@@ -27,7 +27,9 @@ pub(crate) fn show(ui: &mut egui::Ui, channels: &[Channel], ranges: &[Range]) {
                 pos2(left, rect.bottom() - height),
                 pos2(left + width - 1.0, rect.bottom()),
             );
-            ui.painter().rect_filled(shape, 0.0, colors[at]);
+            // Red would say that the one channel is red.
+            let color = if channels.len() == 1 { colors[3] } else { colors[at] };
+            ui.painter().rect_filled(shape, 0.0, color);
         }
         let not_finite = match channel.not_finite {
             0 => String::new(),

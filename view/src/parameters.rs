@@ -9,6 +9,7 @@ use serde_json::{Value, json};
 use umbragraph::Plan;
 use umbragraph::low_level::document::Document;
 use umbragraph::low_level::language::{ParameterDeclaration, ParameterType};
+use umbragraph::low_level::session::is_about_color;
 
 use crate::places::Places;
 use crate::values::{Values, number_of, to_json};
@@ -316,11 +317,10 @@ fn words(ui: &mut egui::Ui, name: &str, word: &mut String, all: &[String]) -> eg
     shown.response
 }
 
-/// Returns `true` if three numbers are a colour, judged by the name or description of their parameter.
+/// Returns `true` if three numbers are a colour, as the color picker of editors knows it.
 fn is_color(name: &str, declaration: &ParameterDeclaration, numbers: &[f64]) -> bool {
-    let about = format!("{name} {}", declaration.description.as_deref().unwrap_or_default()).to_lowercase();
-    let words = ["color", "colour", "radiance", "tint", "albedo"];
-    numbers.len() == 3 && words.iter().any(|word| about.contains(word))
+    let texts = [Some(name), declaration.description.as_deref(), declaration.unit.as_deref()];
+    numbers.len() == 3 && is_about_color(texts.into_iter().flatten())
 }
 
 /// Shows a button that edits a colour. A colour brighter than 1 keeps its brightness.

@@ -4,7 +4,6 @@
 //! with histories is drawn some frames more, until they have settled. One frame is on the device at a time, so that a
 //! software driver leaves the window its share.
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -12,59 +11,25 @@ use std::time::Instant;
 
 use eframe::egui;
 use eframe::egui_wgpu::RenderState;
-use umbragraph::diagnostic::{Diagnostic, Diagnostics, Severity};
+use umbragraph::diagnostic::Diagnostic;
 use umbragraph::frame::FrameInput;
-use umbragraph::low_level::environment::{self, Environment};
 use umbragraph::low_level::picture::without_lights;
 use umbragraph::low_level::source::Sources;
-use umbragraph::scene::gpu::SceneResources;
-use umbragraph::scene::{Pose, Scene};
+use umbragraph::scene::Scene;
 use umbragraph::{Error, Frame, Library, Plan, Renderer, Watcher, wgpu};
 
 use crate::arguments::Arguments;
 use crate::camera::View;
+use crate::given::Given;
 use crate::guard::guarded;
+use crate::shown::Shown;
+use crate::sizes::Sizes;
 use crate::state::Kept;
 use crate::targets::{self, Targets};
 use crate::values::Values;
 
 /// The number of frames drawn after a change, until history resources have settled.
 const SETTLE: u32 = 8;
-
-/// The maximum number of other data sizes, and so of plans, that CPU passes may request before they are content.
-const ROUNDS: usize = 8;
-
-/// The data sizes that CPU passes request, which a plan may have only so often.
-#[derive(Default)]
-struct Sizes {
-    /// The sizes of the last request; `None` before the first one.
-    wanted: Option<BTreeMap<String, u32>>,
-    /// The number of different requests in a row, without a frame in between whose sizes were right.
-    rounds: usize,
-}
-
-impl Sizes {
-    /// Takes the request of a frame, `None` if its sizes were right. Returns `true` if there is to be another plan.
-    fn request(&mut self, wanted: Option<BTreeMap<String, u32>>) -> bool {
-        // Frames until the plan is there repeat the request.
-        match wanted {
-            None => self.rounds = 0,
-            Some(_) if self.wanted == wanted || self.rounds == ROUNDS => {}
-            wanted => {
-                (self.wanted, self.rounds) = (wanted, self.rounds + 1);
-                return true;
-            }
-        }
-        false
-    }
-}
-
-/// A loaded scene, its pose, and its resources on the device.
-pub(crate) struct Shown {
-    scene: Scene,
-    pose: Pose,
-    pub(crate) meshes: SceneResources,
-}
 
 /// The live frame: files, renderer, targets, and the state of drawing.
 pub(crate) struct Stage {
@@ -89,8 +54,7 @@ pub(crate) struct Stage {
     /// Whether somebody looks at contents, so that those that a frame begins with are kept.
     is_looked_at: bool,
     sizes: Sizes,
-    /// The picture of `--environment`, and its path.
-    environment: Option<(Environment, PathBuf)>,
+    given: Given,
     /// The path of the pipeline that was opened last.
     wanted: PathBuf,
     /// Whether the device can measure the GPU times of passes.
@@ -139,10 +103,7 @@ impl Stage {
         }
         let news: Arc<AtomicBool> = Arc::default();
         let watcher = watch(&library, arguments, &news, context)?;
-        let environment = arguments.environment.as_ref();
-        let environment =
-            environment.map(|path| Ok((Environment::read(path).map_err(error_of)?, path.clone())));
-        let environment = environment.transpose()?;
+        let given = Given::read(arguments)?;
         Ok(Self {
             library,
             watcher,
@@ -158,7 +119,7 @@ impl Stage {
             kept: Kept::default(),
             is_looked_at: false,
             sizes: Sizes::default(),
-            environment,
+            given,
             wanted: arguments.pipeline.clone(),
             has_gpu_times: false,
             failed: None,
@@ -177,7 +138,8 @@ impl Stage {
     /// The reason why the frame does not show the current files; `None` if it does.
     pub(crate) fn error(&self) -> Option<&Error> {
         let own = [&self.no_scene, &self.unset, &self.no_picture, &self.failed];
-        self.watcher.error().or_else(|| own.into_iter().flatten().next())
+        let own = || own.into_iter().flatten().next();
+        self.watcher.error().or_else(own).or_else(|| self.given.error())
     }
 
     /// The pipeline that is drawn; `None` before the first one.
@@ -193,12 +155,10 @@ impl Stage {
     /// The warnings and notes of the files that are drawn, with their sources, and those of the viewer about the plan.
     pub(crate) fn warnings(&self) -> (Vec<Diagnostic>, Sources) {
         let (found, sources) = self.watcher.warnings().unzip();
-        let given = self.environment.as_ref();
-        let own = self.plan.iter().flat_map(|plan| {
-            let unread = given.and_then(|(_, path)| environment::unread(path, plan));
-            let unread = unread.map(|one| one.severity(Severity::Warning));
-            targets::empty_imports(plan, given.is_some()).chain(unread).chain(targets::note(plan))
-        });
+        let own = self
+            .plan
+            .iter()
+            .flat_map(|plan| self.given.warnings(plan).into_iter().chain(targets::note(plan)));
         let all = found.into_iter().flatten().cloned().chain(own).collect();
         (all, sources.cloned().unwrap_or_default())
     }
@@ -303,6 +263,9 @@ impl Stage {
         // What the watcher has ready is taken over by a record alone.
         if self.news.swap(false, Ordering::AcqRel) {
             self.pending = self.pending.max(1);
+            if self.given.read_again(self.plan.as_deref()) {
+                self.touch();
+            }
         }
         if self.pending == 0 {
             return false;
@@ -311,7 +274,8 @@ impl Stage {
         if let Some(plan) = self.plan.clone() {
             self.fit(state, &plan, shot.size);
         }
-        let Some(input) = self.input(state, &shot) else { return false };
+        let Some(shown) = &mut self.shown else { return false };
+        let input = shown.input(state, &shot, self.index);
         self.began = Instant::now();
         let mut recorded = self.record(state, &input, shot.size);
         // A new plan may import what was not there yet.
@@ -338,32 +302,16 @@ impl Stage {
     /// Takes the scene that the watcher has loaded. Returns `true` if there is one that the device takes.
     pub(crate) fn take_scene(&mut self, state: &RenderState) -> bool {
         let Some(scene) = self.watcher.take_scene() else { return false };
-        let pose = scene.pose(0.0);
-        let made = guarded(&state.device, "the scene", || {
-            SceneResources::new(&state.device, &state.queue, &scene, &pose)
-        });
-        match made.map_err(Diagnostics::from).and_then(|made| made) {
-            Ok(meshes) => {
-                self.shown = Some(Shown { scene, pose, meshes });
+        match Shown::new(state, scene) {
+            Ok(shown) => {
+                self.shown = Some(shown);
                 self.renderer.renew_source();
                 self.no_scene = None;
             }
-            Err(found) => self.no_scene = Some(Error::new(found, &Default::default())),
+            Err(error) => self.no_scene = Some(error),
         }
         self.touch();
         self.no_scene.is_none()
-    }
-
-    /// The camera, lights and bounds of a frame; also moves the meshes to their pose at the frame's time. `None` before
-    /// the scene is loaded.
-    fn input(&mut self, state: &RenderState, shot: &Shot<'_>) -> Option<FrameInput> {
-        let Shown { scene, pose, meshes } = self.shown.as_mut()?;
-        scene.pose_into(shot.time, pose);
-        meshes.update(&state.queue, scene, pose);
-        let [width, height] = shot.size;
-        let input = scene.frame_input_of(pose, f64::from(width) / f64::from(height), shot.time);
-        let camera = shot.view.map_or(input.camera, |view| view.camera(input.camera));
-        Some(input.camera(camera).index(self.index))
     }
 
     /// Records and submits a frame. Returns `true` if a frame was drawn.
@@ -384,10 +332,8 @@ impl Stage {
         let Some(shown) = &self.shown else { return Ok(false) };
         let imports = self.targets.imports();
         let mut toggles = self.plan.as_deref().map(|plan| self.values.toggles_of(plan)).unwrap_or_default();
-        if let (Some((environment, _)), Some(plan)) = (&mut self.environment, &self.plan) {
-            environment.bring(&state.queue, imports.iter().copied());
-            let kept = environment.kept(plan).filter(|(name, _)| !toggles.iter().any(|one| one.0 == *name));
-            toggles.extend(kept.map(|(name, (_, is_on))| (name, is_on)));
+        if let Some(plan) = &self.plan {
+            self.given.bring(&state.queue, plan, &imports, &mut toggles);
         }
         let frame = Frame::new(input).draws(&shown.meshes).imports(&imports).toggles(&toggles);
         let mut encoder = state.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
@@ -400,7 +346,7 @@ impl Stage {
             self.targets.convert(&mut encoder);
             state.queue.submit([encoder.finish()]);
             self.kept.submitted();
-            self.environment.iter_mut().for_each(|(environment, _)| environment.drawn());
+            self.given.drawn();
         }
         let wanted = self.renderer.executor().map(|executor| executor.wanted_sizes());
         if wanted.is_some_and(|wanted| self.sizes.request(wanted)) {
@@ -424,9 +370,8 @@ impl Stage {
             self.targets.clear();
         }
         self.fit(state, &plan, size);
+        self.given.planned(&plan);
         self.plan = Some(plan);
-        // What a plan makes of the picture may not outlive it.
-        self.environment.iter_mut().for_each(|(environment, _)| environment.read_again());
         self.has_new_plan = true;
         self.plans += 1;
         self.set_live();
@@ -455,33 +400,17 @@ fn watch(
     context: &egui::Context,
 ) -> Result<Watcher, Error> {
     let (news, wake) = (news.clone(), context.clone());
-    Ok(Watcher::new(library.clone(), &arguments.pipeline)?
-        .parameters(arguments.params.clone())
-        .scene(&arguments.scene)
-        .declared_imports()
-        .wake(move || {
+    let watcher = Watcher::new(library.clone(), &arguments.pipeline)?;
+    watcher.set_files(arguments.imports.iter().map(|one| &one.path));
+    Ok(watcher.parameters(arguments.params.clone()).scene(&arguments.scene).declared_imports().wake(
+        move || {
             news.store(true, Ordering::Release);
             wake.request_repaint();
-        }))
+        },
+    ))
 }
 
 /// Converts a diagnostic without a source location to an error.
 pub(crate) fn error_of(found: Diagnostic) -> Error {
     Error::new(found.into(), &Default::default())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn endless_requests_of_sizes_end() {
-        let mut sizes = Sizes::default();
-        let wanted = |size: u32| Some(BTreeMap::from([("lights".to_owned(), size)]));
-        assert!(sizes.request(wanted(1)) && !sizes.request(wanted(1)), "one plan for one request");
-        // Each of two plans wants the sizes of the other.
-        let plans = (0..99).filter(|round| sizes.request(wanted(2 + round % 2))).count();
-        assert_eq!(plans, ROUNDS - 1);
-        assert!(!sizes.request(None) && sizes.request(wanted(4)), "content once, it may want again");
-    }
 }

@@ -83,7 +83,10 @@ fn missing(arguments: &Arguments) -> Option<Diagnostic> {
             "--environment names an equirectangular picture, .hdr or .exr",
         ),
     ];
-    let mut files = files.into_iter().filter_map(|(path, is_there, help)| Some((path?, is_there, help)));
+    let imports =
+        arguments.imports.iter().map(|one| (Some(&one.path), false, "--import NAME=FILE names a picture"));
+    let mut files =
+        files.into_iter().chain(imports).filter_map(|(path, is_there, help)| Some((path?, is_there, help)));
     let (path, _, help) = files.find(|(path, is_there, _)| !is_there && !path.is_file())?;
     let name = path.display().to_string();
     let message = format!("the file \"{name}\" is not there");

@@ -1,4 +1,4 @@
-//! The host's textures of a plan: the picture, which the window shows, and others, which are empty.
+//! The host's textures of a plan: the picture, which the window shows, and others, which [`crate::given`] fills.
 //!
 //! The window shows the picture that the command would write, and rejects the same plans. A picture that is not one of
 //! a screen is converted ([`crate::screen`]). A texture that the device cannot make is left out, so that the frame is
@@ -6,10 +6,9 @@
 
 use eframe::egui;
 use eframe::egui_wgpu::RenderState;
-use umbragraph::diagnostic::{Diagnostic, codes};
+use umbragraph::diagnostic::Diagnostic;
 use umbragraph::executor::imported_texture;
 use umbragraph::low_level::compiler::PlannedResource;
-use umbragraph::low_level::environment;
 use umbragraph::low_level::picture::{colors_of, is_of_screen, tone_mapping};
 use umbragraph::{Plan, wgpu};
 
@@ -20,26 +19,6 @@ use crate::screen::Conversion;
 pub(crate) const MORE: wgpu::TextureUsages = wgpu::TextureUsages::COPY_SRC
     .union(wgpu::TextureUsages::COPY_DST)
     .union(wgpu::TextureUsages::TEXTURE_BINDING);
-
-/// The warnings about textures of the host that passes read and that stay empty in the viewer.
-pub(crate) fn empty_imports(plan: &Plan, has_environment: bool) -> impl Iterator<Item = Diagnostic> {
-    let is_read = |resource: &PlannedResource| {
-        resource.format.is_some() && !plan.passes.iter().any(|pass| plan.writes(pass.handle, resource.handle))
-    };
-    let has_contents = move |name: &str| has_environment && name == environment::IMPORT;
-    let empty = plan.imports().filter(move |(name, one)| is_read(one) && !has_contents(name));
-    empty.map(|(name, resource)| {
-        let declared = plan.pipeline.resource(resource.handle);
-        let message = format!("the viewer has no contents for \"{name}\": passes read zeros from it");
-        let help = match name {
-            "environment" => {
-                "start the viewer with --environment FILE, or switch the feature \"environment\" off"
-            }
-            _ => "the application gives this texture; look at the frame there",
-        };
-        Diagnostic::warning(codes::IMPORT, declared.place, message).pointer(&declared.pointer).help(help)
-    })
-}
 
 /// The note of the viewer that the picture of a plan is tone mapped; `None` if it is not.
 pub(crate) fn note(plan: &Plan) -> Option<Diagnostic> {

@@ -7,6 +7,7 @@ use clap::Args;
 use super::{AnswerFormat, Choices};
 use crate::render::capture::CaptureArgument;
 use umbragraph::low_level::camera_path::CameraArgument;
+use umbragraph::low_level::import::ImportArgument;
 
 /// The option that selects the graphics adapter.
 #[derive(Args)]
@@ -35,6 +36,10 @@ pub(crate) struct RenderArguments {
     /// on.
     #[arg(long, value_name = "FILE")]
     pub(crate) environment: Option<PathBuf>,
+    /// Fills an imported texture that passes only read, such as a table of colors, with a PNG or JPEG, or a float
+    /// format with an .exr or .hdr.
+    #[arg(long = "import", value_name = "NAME=FILE", value_parser = ImportArgument::parse)]
+    pub(crate) imports: Vec<ImportArgument>,
     /// The picture to write: a .png, or an .exr with unconverted numbers. For several frames: a .png with # in place of
     /// the frame number, an .apng or a .gif.
     #[arg(long, value_name = "FILE")]

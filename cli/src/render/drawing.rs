@@ -12,6 +12,7 @@ use umbragraph::low_level::CheckReport;
 use umbragraph::low_level::camera_path::{CameraPath, Obstacles};
 use umbragraph::low_level::compiler::PlanOptions;
 use umbragraph::low_level::environment::Environment;
+use umbragraph::low_level::import::ImportFiles;
 use umbragraph::low_level::picture::{colors_of, without_lights};
 use umbragraph::low_level::source::Sources;
 use umbragraph::scene::gpu::SceneResources;
@@ -50,18 +51,21 @@ pub(crate) struct Drawing<'a> {
     /// The buffers for captures, which the executor keeps.
     buffers: Vec<(String, wgpu::Buffer)>,
     environment: Option<Environment>,
+    files: ImportFiles,
     pub(super) timings: Option<Timings>,
     /// The names of lights that no pass has read in any frame so far; `None` before the first frame.
     unread_lights: Option<Vec<String>>,
 }
 
-/// The inputs of a [`Drawing`] that depend on the command line: the captures, and the environment.
+/// The inputs of a [`Drawing`] that depend on the command line: captures, environment, and files of imports.
 #[derive(Clone, Default)]
 pub(crate) struct Given {
     /// The names of the imports into which captures are copied.
     pub(crate) captures: Vec<String>,
     /// The environment picture; `None` if there is none.
     pub(crate) environment: Option<Environment>,
+    /// The pictures for imported textures.
+    pub(crate) files: ImportFiles,
 }
 
 impl<'a> Drawing<'a> {
@@ -71,7 +75,7 @@ impl<'a> Drawing<'a> {
         checked: CheckReport,
         options: PlanOptions,
         session: &Session,
-        Given { captures, environment }: Given,
+        Given { captures, environment, files }: Given,
     ) -> Result<Self, Diagnostics> {
         let Some(plan) = checked.plan.clone() else { return Err(Diagnostics::new()) };
         // A plan that needs a picture of the surroundings is rejected without one.
@@ -97,6 +101,7 @@ impl<'a> Drawing<'a> {
             imports,
             buffers: Vec::new(),
             environment,
+            files,
             timings: None,
             unread_lights: None,
         };
@@ -174,6 +179,7 @@ impl<'a> Drawing<'a> {
             }
             let imports: Vec<(&str, &wgpu::Texture)> =
                 self.imports.iter().map(|(name, texture)| (name.as_str(), texture)).collect();
+            self.files.bring(queue, self.executor.plan(), imports.iter().copied());
             let begun = self.toggles.iter().filter(|toggle| u64::from(toggle.since) <= input.index);
             // Of several for one toggle the latest counts.
             let kept = self.environment.as_ref().and_then(|one| one.kept(self.executor.plan()));

@@ -11,6 +11,7 @@ mod timings;
 
 use umbragraph::diagnostic::{Diagnostic, Diagnostics, Place, Severity, codes};
 use umbragraph::low_level::environment::Environment;
+use umbragraph::low_level::import::ImportFiles;
 
 use self::capture::{CaptureFile, LeftOut};
 pub(crate) use self::drawing::{Drawing, Given};
@@ -86,6 +87,12 @@ fn render(
     session.diagnostics.extend(umbragraph::scene::filter::left_out(&scene, plan));
     session.ensure_fine(&checked)?;
     let environment = Environment::of(arguments.environment.as_deref(), plan)?;
+    let files = ImportFiles::read(&arguments.imports);
+    let unusable: Diagnostics = files.errors(plan).into_iter().chain(files.unknown(plan)).collect();
+    if !unusable.is_empty() {
+        return Err(unusable);
+    }
+    session.diagnostics.extend(files.empty(plan, environment.is_some()));
     let (mut captures, mut document) = capture::captures(
         plan,
         &arguments.capture,
@@ -132,7 +139,7 @@ fn render(
         left_out.extend(more);
     };
     let options = Session::options(&arguments.choices);
-    let given = Given { captures: document.imports.clone(), environment };
+    let given = Given { captures: document.imports.clone(), environment, files };
     let mut drawing = Drawing::new(&graphics, &scene, checked, options, session, given)?;
     drawing.toggles = &arguments.toggles;
     if arguments.timings || arguments.trace.is_some() || report.is_some() {

@@ -58,7 +58,7 @@ pub(crate) fn with_resource(
     let environment = Environment::of(arguments.environment.as_deref(), &plan)?;
     let Some(reference) = &arguments.resource else {
         picture::picture_of(&plan, &[])?;
-        return Ok((checked, Given { captures: Vec::new(), environment }));
+        return Ok((checked, Given { environment, ..Given::default() }));
     };
     let wanted = Capture { reference: reference.clone(), mip: 0 };
     let document = capture::document(&plan, &[wanted], Wanted::Pictures)?;
@@ -76,7 +76,7 @@ pub(crate) fn with_resource(
             "name a texture of floats as large as the picture, such as color@sky of pipelines/umbra.json";
         return Err(Diagnostic::error(codes::SCORE, Place::Nowhere, message).help(help).into());
     }
-    Ok((checked, Given { captures: document.imports, environment }))
+    Ok((checked, Given { captures: document.imports, environment, ..Given::default() }))
 }
 
 /// Settings of a reference that follow from the pipeline.

@@ -7,6 +7,7 @@ mod diff;
 mod environment;
 mod fmt;
 mod guide;
+mod imports;
 mod input;
 #[cfg(feature = "lsp")]
 mod lsp_renames;

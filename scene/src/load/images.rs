@@ -130,6 +130,29 @@ fn known<T: Copy>(value: &Checked<T>, index: usize, property: &str, report: &mut
     report.known(value, &format!("/samplers/{index}/{property}"), message, help)
 }
 
+/// Decodes a PNG or JPEG picture to 8 bits per channel.
+///
+/// # Errors
+/// A message that describes the defect.
+pub fn image_from_slice(name: &str, bytes: &[u8]) -> Result<Image, String> {
+    let encoded = Encoded::new(bytes).map_err(|error| error.to_string())?;
+    let (width, height) = encoded.size();
+    if is_too_large(width, height) {
+        return Err(format!("it has {width} × {height} texels; {}", size_help()));
+    }
+    let rgba = encoded.rgba().map_err(|error| error.to_string())?;
+    Ok(Image { name: name.to_owned(), width, height, rgba })
+}
+
+fn is_too_large(width: u32, height: u32) -> bool {
+    let area = u64::from(width) * u64::from(height);
+    area == 0 || width.max(height) > MAX_IMAGE_SIDE || area > MAX_IMAGE_TEXELS
+}
+
+fn size_help() -> String {
+    format!("at most {MAX_IMAGE_SIDE} texels a side and {MAX_IMAGE_TEXELS} in all are read")
+}
+
 fn read_image(
     accessors: &Accessors<'_>,
     index: usize,
@@ -161,12 +184,11 @@ fn read_image(
         Err(error) => return failed(error, report),
     };
     let (width, height) = encoded.size();
-    let area = u64::from(width) * u64::from(height);
-    if area == 0 || width.max(height) > MAX_IMAGE_SIDE || area > MAX_IMAGE_TEXELS {
+    if is_too_large(width, height) {
         let message = format!("image {index} has {width} × {height} texels");
-        let help = format!("at most {MAX_IMAGE_SIDE} texels a side and {MAX_IMAGE_TEXELS} in all are read");
-        return report.reject(codes::TOO_LARGE, &at, message, help);
+        return report.reject(codes::TOO_LARGE, &at, message, size_help());
     }
+    let area = u64::from(width) * u64::from(height);
     report.allow(sources.new_bytes(accessors, index, bytes.len()), DECODED_PER_IMAGE_BYTE);
     // Mip levels take another third.
     if !report.charge(area * 4 * 4 / 3, &at) {

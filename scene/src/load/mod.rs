@@ -38,6 +38,7 @@ mod resource;
 mod skins;
 mod tangents;
 
+pub use images::image_from_slice;
 pub use limits::MAX_FILE_BYTES;
 pub use resource::{Folder, NoFiles, ResolveError, Resolver};
 

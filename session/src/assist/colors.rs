@@ -134,8 +134,15 @@ fn is_color(context: &Context<'_>, name: &str) -> bool {
         let texts = ["description", "unit"].map(|key| value.and_then(|value| value.get(key)?.text()));
         about.extend(texts.into_iter().flatten().map(str::to_owned));
     }
-    let about = about.join(" ").to_lowercase();
-    WORDS.iter().any(|word| about.contains(word))
+    is_about_color(about)
+}
+
+/// Returns `true` if a parameter is a color by its name, description or unit.
+pub fn is_about_color(texts: impl IntoIterator<Item = impl AsRef<str>>) -> bool {
+    texts.into_iter().any(|text| {
+        let text = text.as_ref().to_lowercase();
+        WORDS.iter().any(|word| text.contains(word))
+    })
 }
 
 /// Returns the format of the texture of an attachment; `None` if it is not written as a word.

@@ -38,7 +38,7 @@ use crate::graph::source::{FileId, Span};
 use crate::graph::why::{Subject, human, why};
 use crate::session::Session;
 pub use changes::{Change, ChangeError, Changes, Slot, Written};
-pub use colors::Color;
+pub use colors::{Color, is_about_color};
 use context::Context;
 pub use rename::{RenameError, Renamed};
 use site::Spot;

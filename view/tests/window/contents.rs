@@ -3,6 +3,7 @@
 use serde_json::{Value, json};
 
 use crate::hand::Hand;
+use crate::x11::{DOWN, END, F6, HOME, PAGE_DOWN, PAGE_UP, TAB, UP};
 
 const PIPELINE: &str = r#"{
   "format": 1, "name": "own",
@@ -136,4 +137,76 @@ fn buffers_stencil_and_faces_are_shown() {
         state["contents"]["channels"].as_array().unwrap().iter().map(|channel| &channel["mean"]).collect();
     assert_eq!(means, [0.0, 0.0, 1.0, 1.0]);
     assert_eq!(hand.state()["errors"], json!([]));
+}
+
+/// A buffer with more fields than the inspector has rows.
+const LONG: &str = r#"{
+  "format": 1, "name": "own",
+  "resources": {
+    "long": { "buffer": { "size": 4000 } },
+    "target": { "texture": { "format": "rgba8unorm", "size": "=viewport", "lifetime": "imported" } }
+  },
+  "passes": {
+    "empty": { "clear": { "buffer": "&long" } },
+    "count": {
+      "side_effect": true,
+      "compute": { "shader": "long.wgsl.jinja", "bind": { "numbers": "&long" }, "workgroups": [1, 1, 1] }
+    },
+    "fill": { "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "&target" }] } }
+  }
+}
+"#;
+
+const LONG_COUNT: &str = "@group(1) @binding(0) var<storage, read_write> numbers: array<u32>;
+
+@compute @workgroup_size(1)
+fn count() {
+    for (var at = 0u; at < 1000u; at++) {
+        numbers[at] = at * 2u;
+    }
+}
+";
+
+#[test]
+fn long_buffers_scroll_by_keyboard() {
+    let hand = Hand::start_with("long", LONG, |folder| {
+        std::fs::create_dir(folder.join("shaders")).unwrap();
+        std::fs::write(folder.join("shaders/long.wgsl.jinja"), LONG_COUNT).unwrap();
+        ["--scale", "0.25", "--templates", "shaders"].map(str::to_owned).to_vec()
+    });
+    let Some(mut hand) = hand else { return };
+    assert_eq!(hand.settle()["errors"], json!([]));
+    hand.click("resource long");
+    let start = hand.wait("fields", |state| state["contents"]["fields"][1] == json!(["[1]", "2"]));
+    hand.press_until("inspector", (&[], F6), 8, |state| state["keyboard"] == "panel Inspector");
+    hand.press_until("fields", (&[], TAB), 30, |state| state["keyboard"] == "fields");
+    assert!(hand.state()["contents"]["row"].is_null());
+    let number = |value: &Value| value.as_u64().unwrap_or(u64::MAX);
+    let row = |state: &Value| number(&state["contents"]["row"]);
+    let is_seen = |state: &Value| {
+        let rows = &state["contents"]["rows"];
+        state["controls"][format!("field [{}]", row(state))].is_array()
+            && (number(&rows[0])..number(&rows[1])).contains(&row(state))
+    };
+    let mut press = |key: u32, wanted: &dyn Fn(u64) -> bool| {
+        hand.display.press(&[], key);
+        let state = hand.wait("chosen row in view", |state| wanted(row(state)) && is_seen(state));
+        assert_eq!(state["keyboard"], "fields");
+        row(&state)
+    };
+    press(DOWN, &|row| row == 0);
+    press(DOWN, &|row| row == 1);
+    let page = press(PAGE_DOWN, &|row| row > 5) - 1;
+    press(PAGE_DOWN, &|row| row == 1 + 2 * page);
+    press(PAGE_UP, &|row| row == 1 + page);
+    press(END, &|row| row == 999);
+    press(DOWN, &|row| row == 999);
+    press(UP, &|row| row == 998);
+    press(HOME, &|row| row == 0);
+    press(END, &|row| row == 999);
+    // The keys did nothing else.
+    let state = hand.state();
+    assert_eq!((&state["contents"]["of"], &state["camera"]), (&start["contents"]["of"], &start["camera"]));
+    hand.click("field [990]");
+    hand.wait("clicked row", |state| row(state) == 990 && state["keyboard"] == "fields");
 }

@@ -11,6 +11,7 @@ mod edits;
 mod environment;
 mod formats;
 mod hand;
+mod imports;
 mod keyboard;
 mod looking;
 mod opening;
