@@ -13,6 +13,9 @@ use crate::clock::STEPS;
 use crate::dock::Pane;
 use crate::notices;
 
+/// The width of the buttons at the right end of the bar, in points.
+const PANEL_BUTTONS: f32 = 330.0;
+
 impl Viewer {
     /// Shows the bar above the frame and carries out the actions of its buttons.
     pub(crate) fn bar(&mut self, ui: &mut egui::Ui, state: &RenderState) {
@@ -38,9 +41,14 @@ impl Viewer {
             self.button(ui, clip, "clip", Action::Clip, is_clip, &mut actions);
             self.button(ui, "Copy command", "copy command", Action::CopyCommand, false, &mut actions);
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+                // In a narrow window the menu alone opens panels.
+                let has_room = ui.available_width() >= PANEL_BUTTONS;
                 self.button(ui, "?", "help", Action::Help, self.has_help, &mut actions);
                 self.layout_menu(ui, &mut actions);
                 for pane in [Pane::Notices, Pane::Times, Pane::Graph, Pane::Values] {
+                    if !has_room {
+                        break;
+                    }
                     let (title, is_shown) = (pane.title(), self.dock.is_shown(pane));
                     let name = title.to_lowercase();
                     self.button(ui, title, &name, Action::Panel(pane), is_shown, &mut actions);

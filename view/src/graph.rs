@@ -300,15 +300,14 @@ fn draw_lane(ui: &egui::Ui, origin: Pos2, top: f32, at: usize, lane: &Lane<'_>, 
     let painter = ui.painter_at(Rect::from_min_size(rect.min, vec2(GUTTER - 8.0, LANE)));
     let color = ui.visuals().text_color();
     let font = FontId::proportional(11.5);
-    painter.text(pos2(origin.x + 4.0, rect.center().y), Align2::LEFT_CENTER, &lane.label, font, color);
     let at = pos2(origin.x + GUTTER - 12.0, rect.center().y);
-    painter.text(
-        at,
-        Align2::RIGHT_CENTER,
-        &lane.detail,
-        FontId::proportional(10.0),
-        color.gamma_multiply(0.6),
-    );
+    let small = FontId::proportional(10.0);
+    let detail = painter.text(at, Align2::RIGHT_CENTER, &lane.detail, small, color.gamma_multiply(0.6));
+    let mut label = egui::text::LayoutJob::simple_singleline(lane.label.clone(), font, color);
+    let left = origin.x + 4.0;
+    label.wrap = egui::text::TextWrapping::truncate_at_width(detail.left() - 6.0 - left);
+    let label = painter.layout_job(label);
+    painter.galley(pos2(left, rect.center().y - label.size().y / 2.0), label, color);
 }
 
 fn bar(

@@ -30,6 +30,7 @@ mod notices;
 mod output;
 mod parameters;
 mod places;
+mod progress;
 mod save;
 mod screen;
 mod shown;

@@ -6,8 +6,7 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::time::Instant;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use eframe::egui;
 use eframe::egui_wgpu::RenderState;
@@ -22,6 +21,7 @@ use crate::arguments::Arguments;
 use crate::camera::View;
 use crate::given::Given;
 use crate::guard::guarded;
+use crate::progress::Progress;
 use crate::shown::Shown;
 use crate::sizes::Sizes;
 use crate::state::Kept;
@@ -70,12 +70,7 @@ pub(crate) struct Stage {
     /// The number of frames that are still to be drawn.
     pending: u32,
     pub(crate) index: u64,
-    /// The number of frames that the device has finished; `submitted` is the number of submitted frames.
-    done: Arc<AtomicU64>,
-    submitted: u64,
-    began: Instant,
-    /// The time from recording to completion of the last frame, in microseconds; 0 once it has been taken.
-    took: Arc<AtomicU64>,
+    progress: Progress,
 }
 
 /// The inputs of a frame: size in texels, values, camera and animation time in seconds.
@@ -128,10 +123,7 @@ impl Stage {
             no_picture: None,
             pending: SETTLE,
             index: 0,
-            done: Arc::default(),
-            submitted: 0,
-            began: Instant::now(),
-            took: Arc::default(),
+            progress: Progress::new(),
         })
     }
 
@@ -196,17 +188,12 @@ impl Stage {
 
     /// Returns `true` if frames are still to be drawn or in progress on the device.
     pub(crate) fn is_busy(&self) -> bool {
-        self.shown.is_some() && (self.pending > 0 || self.is_in_flight())
-    }
-
-    fn is_in_flight(&self) -> bool {
-        self.done.load(Ordering::Acquire) < self.submitted
+        self.shown.is_some() && (self.pending > 0 || self.progress.is_in_flight())
     }
 
     /// Takes the time from recording to completion of the last frame, in milliseconds. `None` if it was already taken.
     pub(crate) fn take_frame_time(&self) -> Option<f64> {
-        let took = self.took.swap(0, Ordering::Relaxed);
-        (took > 0).then_some(took as f64 / 1e3)
+        self.progress.take_time()
     }
 
     /// The resolution of the picture in an area of the given size in pixels: texels per pixel along the width. It is 1
@@ -257,7 +244,7 @@ impl Stage {
         if self.targets.shown().is_some_and(|(_, size)| size != shot.size) {
             self.touch();
         }
-        if self.is_in_flight() || self.shown.is_none() {
+        if self.progress.is_in_flight() || self.shown.is_none() {
             return false;
         }
         // What the watcher has ready is taken over by a record alone.
@@ -276,7 +263,7 @@ impl Stage {
         }
         let Some(shown) = &mut self.shown else { return false };
         let input = shown.input(state, &shot, self.index);
-        self.began = Instant::now();
+        self.progress.begin();
         let mut recorded = self.record(state, &input, shot.size);
         // A new plan may import what was not there yet.
         if self.notice_plan(state, shot.size) && recorded.is_err() {
@@ -287,14 +274,7 @@ impl Stage {
         if drawn {
             self.last = Some(input);
             self.index += 1;
-            self.submitted += 1;
-            let (done, took, began) = (self.done.clone(), self.took.clone(), self.began);
-            let (submitted, wake) = (self.submitted, context.clone());
-            state.queue.on_submitted_work_done(move || {
-                took.store(began.elapsed().as_micros() as u64, Ordering::Relaxed);
-                done.store(submitted, Ordering::Release);
-                wake.request_repaint();
-            });
+            self.progress.submitted(&state.queue, context);
         }
         drawn
     }
