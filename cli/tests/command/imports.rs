@@ -103,7 +103,7 @@ fn imports_that_cannot_be_filled_are_told() {
     write_png(&folder, "square.png", [2, 2], &[[1; 3]; 4]);
     std::fs::write(
         folder.join("row.hdr"),
-        b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 2\n\x01\x01\x01\x80\x01\x01\x01\x80",
+        b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 2\n\x02\x01\x01\x80\x02\x01\x01\x80",
     )
     .expect("a file");
     std::fs::write(folder.join("notes.png"), "no picture").expect("a file");
