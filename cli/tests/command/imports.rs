@@ -116,8 +116,8 @@ fn imports_that_cannot_be_filled_are_told() {
             &["UG0829", "has 2 × 1 texels, and \"square.png\" has 2 × 2", "\"size\": [2, 2]"],
         ),
         ("palette=row.hdr", &["UG0829", "has the format rgba8unorm, and \"row.hdr\" holds floats"]),
-        ("palete=row.png", &["UG0829", "imported texture \"palete\"", "only read: \"palette\""]),
-        ("target=row.png", &["UG0829", "passes write \"target\"", "only read: \"palette\""]),
+        ("palete=row.png", &["UG0829", "imported texture \"palete\"", "only read: palette"]),
+        ("target=row.png", &["UG0829", "passes write \"target\"", "only read: palette"]),
     ] {
         rejected(&render(&folder, &["--import", import]), 1, words);
     }
