@@ -108,21 +108,25 @@ fn chosen(ui: &egui::Ui, row: Option<usize>, count: usize, page: usize) -> Optio
     ui.memory_mut(|memory| memory.set_focus_lock_filter(List::id(), arrows));
     let last = count.checked_sub(1)?;
     let page = page.saturating_sub(1).max(1);
+    // Keys of one frame count in their order.
+    let pressed = |event: &egui::Event| match event {
+        egui::Event::Key { key, pressed: true, .. } if OF_LISTS.contains(key) => Some(*key),
+        _ => None,
+    };
+    let keys: Vec<Key> = ui.input(|input| input.events.iter().filter_map(pressed).collect());
     let mut chosen = None;
-    for key in OF_LISTS {
-        let presses = ui.input(|input| input.num_presses(key));
-        for _ in 0..presses {
-            chosen = Some(match (key, chosen.or(row)) {
-                (Key::End, _) => last,
-                (Key::Home, _) | (_, None) => 0,
-                (Key::ArrowUp, Some(row)) => row.saturating_sub(1),
-                (Key::ArrowDown, Some(row)) => row + 1,
-                (Key::PageUp, Some(row)) => row.saturating_sub(page),
-                (_, Some(row)) => row + page,
-            });
-        }
+    for key in keys {
+        let next = match (key, chosen.or(row)) {
+            (Key::End, _) => last,
+            (Key::Home, _) | (_, None) => 0,
+            (Key::ArrowUp, Some(row)) => row.saturating_sub(1),
+            (Key::ArrowDown, Some(row)) => row + 1,
+            (Key::PageUp, Some(row)) => row.saturating_sub(page),
+            (_, Some(row)) => row + page,
+        };
+        chosen = Some(next.min(last));
     }
-    chosen.map(|row| row.min(last))
+    chosen
 }
 
 /// The keys that belong to the list while it has the keyboard.

@@ -103,7 +103,7 @@ fn imports_that_cannot_be_filled_are_told() {
     write_png(&folder, "square.png", [2, 2], &[[1; 3]; 4]);
     std::fs::write(
         folder.join("row.hdr"),
-        b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 2\n\x01\x01\x01\x80\x01\x01\x01\x80",
+        b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 2\n\x02\x01\x01\x80\x02\x01\x01\x80",
     )
     .expect("a file");
     std::fs::write(folder.join("notes.png"), "no picture").expect("a file");
@@ -116,8 +116,8 @@ fn imports_that_cannot_be_filled_are_told() {
             &["UG0829", "has 2 × 1 texels, and \"square.png\" has 2 × 2", "\"size\": [2, 2]"],
         ),
         ("palette=row.hdr", &["UG0829", "has the format rgba8unorm, and \"row.hdr\" holds floats"]),
-        ("palete=row.png", &["UG0829", "imported texture \"palete\"", "only read: \"palette\""]),
-        ("target=row.png", &["UG0829", "passes write \"target\"", "only read: \"palette\""]),
+        ("palete=row.png", &["UG0829", "imported texture \"palete\"", "only read: palette"]),
+        ("target=row.png", &["UG0829", "passes write \"target\"", "only read: palette"]),
     ] {
         rejected(&render(&folder, &["--import", import]), 1, words);
     }
