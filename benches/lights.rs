@@ -1,5 +1,5 @@
 //! Many lights in `pipelines/umbra.json`, on whatever adapter there is: the GPU time of shading by all lights, and of
-//! shading by the lights that can reach a pixel (the feature `clustered_lights`) with the pass that finds them.
+//! shading by the lights that can reach a pixel (`clustered_lights`) with the pass that finds them.
 //!
 //! The lights have a range of 2 m, cast no shadows, and stand at random in the courtyard beside its own. The variants are
 //! drawn in turn, so that other work on the machine slows all of them. Each time is the minimum of several frames after
@@ -15,14 +15,14 @@ mod measure;
 use std::time::Duration;
 
 use common::gpu::{Host, scene};
-use common::{With, check_file, root};
+use common::{With, check_with, root};
+use serde_json::json;
 use umbragraph::frame::{Light, LightKind};
 use umbragraph_test_support::gpu;
 use umbragraph_test_support::random::Random;
 
 const SIZE: [u32; 2] = [640, 360];
 const COUNTS: [usize; 3] = [10, 100, 1000];
-const FEATURES: [&str; 2] = ["false", "true"];
 
 fn main() {
     let Some(gpu) = gpu::device() else {
@@ -31,14 +31,13 @@ fn main() {
     };
     println!("on {}", gpu.name);
     let courtyard = scene(&root().join("examples/scenes/courtyard.glb"));
-    let outcomes = FEATURES.map(|clustered| {
-        let with = With {
-            parameters: &[("light_capacity", "1024")],
-            features: &[("clustered_lights", clustered)],
-            size: Some(SIZE),
-            ..With::default()
-        };
-        check_file("pipelines/umbra.json", &with)
+    let outcomes = [false, true].map(|is_clustered| {
+        let with = With { parameters: &[("light_capacity", "1024")], size: Some(SIZE), ..With::default() };
+        let text = json!({
+            "format": 1, "name": "many_lights", "extends": "pipelines/umbra.json",
+            "derived": { "clustered_lights": is_clustered }, "passes": {},
+        });
+        check_with("many_lights.json", &text.to_string(), &with)
     });
     let mut hosts: Vec<_> = outcomes.iter().map(|outcome| Host::new(&gpu, outcome, &courtyard)).collect();
     let mut first = None;
@@ -46,7 +45,7 @@ fn main() {
     for count in COUNTS {
         let mut input = courtyard.frame_input(f64::from(SIZE[0]) / f64::from(SIZE[1]), 0.0);
         input.lights.extend(lamps(count));
-        let mut least = [Duration::MAX; FEATURES.len()];
+        let mut least = [Duration::MAX; 2];
         for host in &mut hosts {
             host.picture(&input);
             if !host.executor.measure_gpu_times(true) {

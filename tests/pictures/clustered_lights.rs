@@ -4,8 +4,9 @@ use std::f32::consts::FRAC_PI_2;
 use std::f64::consts::TAU;
 
 use crate::common::gpu::{Host, scene};
-use crate::common::{With, check_file, read, root, with_small_maps};
+use crate::common::{Outcome, With, check_with, read, root, with_small_maps};
 use glam::{DMat4, DQuat, DVec2, DVec3};
+use serde_json::json;
 use umbragraph::frame::{Camera, FrameInput, Light, LightKind, Projection};
 use umbragraph::scene::Scene;
 use umbragraph_test_support::gpu;
@@ -42,6 +43,15 @@ fn courtyard() -> Scene {
     scene(&root().join("examples/scenes/courtyard.glb"))
 }
 
+/// Plans a pipeline over another one, with clustered lights on or off.
+fn checked(pipeline: &str, is_clustered: bool, with: &With<'_>) -> Outcome {
+    let text = json!({
+        "format": 1, "name": "many_lights", "extends": pipeline,
+        "derived": { "clustered_lights": is_clustered }, "passes": {},
+    });
+    check_with("many_lights.json", &text.to_string(), with)
+}
+
 /// Draws a frame of the courtyard with clustered lights on or off.
 fn picture(
     pipeline: &str,
@@ -50,11 +60,9 @@ fn picture(
     is_clustered: bool,
 ) -> Option<Picture> {
     let gpu = gpu::device()?;
-    let clustered = if is_clustered { "true" } else { "false" };
-    let features: Vec<_> = features.iter().copied().chain([("clustered_lights", clustered)]).collect();
     let parameters = with_small_maps(&[("light_capacity", "400")]);
-    let with = With { parameters: &parameters, features: &features, size: Some(SIZE), ..With::default() };
-    let outcome = check_file(pipeline, &with);
+    let with = With { parameters: &parameters, features, size: Some(SIZE), ..With::default() };
+    let outcome = checked(pipeline, is_clustered, &with);
     Some(Host::new(&gpu, &outcome, &courtyard()).picture(input))
 }
 
@@ -108,15 +116,15 @@ fn pixels_go_through_few_lights() {
         "arrived += 1.0;\n        sent = 512.0;\n        if true || strength <= 0.0 ||",
     );
     assert_ne!(counted, template, "the loop over lights has the text that is replaced");
-    let means = ["false", "true"].map(|clustered| {
+    let means = [false, true].map(|is_clustered| {
         let with = With {
             parameters: &with_small_maps(&[("light_capacity", "400"), ("debug_view", "\"shadow_term\"")]),
-            features: &[("light_filter", "\"hard\""), ("clustered_lights", clustered)],
+            features: &[("light_filter", "\"hard\"")],
             templates: &[("lit.wgsl.jinja", counted.as_str())],
             size: Some(SIZE),
             ..With::default()
         };
-        let outcome = check_file("pipelines/awsm.json", &with);
+        let outcome = checked("pipelines/awsm.json", is_clustered, &with);
         let input = courtyard().frame_input(ASPECT, 0.0).lights(lights.clone());
         let picture = Host::new(&gpu, &outcome, &courtyard()).picture(&input);
         picture.rgba_pixels().map(|pixel| f64::from(pixel[0])).sum::<f64>() / f64::from(SIZE[0] * SIZE[1])

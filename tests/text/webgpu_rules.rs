@@ -476,7 +476,7 @@ fn what_breaks_a_rule_is_named_with_a_way_out() {
     let samples = "\"one\": { \"texture\": { \"format\": \"rgba8unorm\",";
     let with_samples = format!("{samples} \"samples\": 4,");
     for (ground, from, to, said) in [
-        (&SHOWN, SHOW, CUBE, "\"picture\" is 64 by 64 with 1 layers, \"picture\" is texture_cube<f32>"),
+        (&SHOWN, SHOW, CUBE, "\"picture\" is 64 by 64 with 1 layer, \"picture\" is texture_cube<f32>"),
         (
             &IMAGED,
             "rgba8unorm, write",

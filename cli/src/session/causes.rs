@@ -7,6 +7,8 @@ use umbragraph::diagnostic::{Diagnostic, Diagnostics, Place, Severity, codes, li
 use umbragraph::low_level::shader::codes::TEMPLATE_UNKNOWN;
 use umbragraph::low_level::source::Span;
 
+use crate::codes::BUDGET;
+
 /// The maximum number of places of one cause that are shown.
 const MAX_PLACES: usize = 8;
 /// The maximum number of entries of a folder that are looked through for a template.
@@ -106,7 +108,8 @@ pub(super) fn joined(
 /// or data that fits none of those that read it.
 fn is_of_cause(first: &Diagnostic, other: &Diagnostic) -> bool {
     let is_plain = |one: &Diagnostic| one.severity == Severity::Error && one.fix.is_none();
-    if !is_plain(first) || !is_plain(other) {
+    // Each budget has a figure of its own.
+    if !is_plain(first) || !is_plain(other) || first.code == BUDGET {
         return false;
     }
     let cause = |one: &Diagnostic| {

@@ -214,7 +214,7 @@ fn run(folder: &Path, arguments: &[&str]) -> Output {
     output
 }
 
-/// What `check` says of a pipeline, and the bytes of its picture.
+/// The words of `check` about a pipeline, and the bytes of its picture.
 fn drawn(folder: &Path, pipeline: &str, preset: Option<&str>) -> (String, Vec<u8>) {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("the workspace");
     let scene = root.join("examples/scenes/courtyard.glb");

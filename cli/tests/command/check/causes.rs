@@ -96,11 +96,11 @@ fn what_was_silent_is_said() {
     assert_one(&over, &["warning[UG0406]", "not under its \"bind\"", "\"result\""]);
     let twin = said(
         "causes-twin",
-        &[("\"twice\": {", "\"color\": { \"type\": \"bool\", \"default\": true }, \"twice\": {")],
+        &[("\"taps\": {", "\"color\": { \"type\": \"bool\", \"default\": true }, \"taps\": {")],
         true,
     );
     assert!(
-        twin.contains("error[UG0201]") && twin.contains("\"color\" is a resource and a feature"),
+        twin.contains("error[UG0201]") && twin.contains("\"color\" is a resource and a parameter"),
         "{twin}"
     );
 }
