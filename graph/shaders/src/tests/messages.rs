@@ -199,7 +199,7 @@ fn an_axis_of_an_included_template_is_inherited() {
         ("blur.wgsl.jinja", "{{ taps }}"),
         ("blur.axes.json", r#"{"axes": {"taps": {"type": "integer", "min": 1, "max": 8, "default": 1}}}"#),
     ];
-    let help = "write \"inherits\": [\"blur.wgsl.jinja\"] in main.axes.json";
+    let help = "write \"inherits\": [\"blur.wgsl.jinja\"], or declare it in main.axes.json";
     assert_said(&files, "UG0502", "taps", "\"taps\" is no axis", help);
 }
 
