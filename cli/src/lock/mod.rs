@@ -219,7 +219,7 @@ impl Worst {
         let all = || reports.iter().flat_map(|report| &report.variants);
         // Where a value has no alternative, it is no cause.
         let causes = |(axis, value): &(&str, &AxisValue)| {
-            let mut others = all().filter(|other| other.axes.get(*axis) != Some(*value)).peekable();
+            let mut others = all().filter(|other| other.axes.get(axis) != Some(*value)).peekable();
             others.peek().is_some()
                 && others
                     .all(|other| other.worst().is_none_or(|(_, less)| is_notable(less.total, cost.total)))

@@ -128,7 +128,7 @@ impl Trials<'_> {
                 }
                 (Reference::Color(view), Scored::Color(scene)) => {
                     let answer = view.answer(drawing, &subject.input, progress)?;
-                    let parts = answer.picture.iter().flat_map(|color| color.to_array());
+                    let parts = answer.picture.iter().flat_map(glam::DVec3::to_array);
                     parts.for_each(|part| part.to_bits().hash(&mut hasher));
                     scene.add(&answer.compared.scores);
                     texels += drawn_texels(&drawing.executor);

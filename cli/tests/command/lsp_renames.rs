@@ -200,7 +200,7 @@ fn copy(from: &Path, to: &Path, ends: &[&str]) {
         let is_kept = |end: &&str| path.to_str().is_some_and(|path| path.ends_with(end));
         if path.is_dir() {
             copy(&path, &to, ends);
-        } else if ends.iter().any(|end| is_kept(&end)) {
+        } else if ends.iter().any(is_kept) {
             std::fs::copy(&path, &to).expect("a file");
         }
     }

@@ -50,7 +50,7 @@ impl<T: Copy + Send + Sync> Plane<T> {
 /// The differences of two pictures of sRGB-encoded colors (each channel 0 to 1), `width` pixels wide; empty if their
 /// sizes differ.
 pub fn flip(one: &[DVec3], other: &[DVec3], width: usize) -> Vec<f64> {
-    if one.len() != other.len() || width == 0 || one.len() % width != 0 {
+    if one.len() != other.len() || width == 0 || !one.len().is_multiple_of(width) {
         return Vec::new();
     }
     let [(one, one_lightness), (other, other_lightness)] = [one, other].map(|colors| prepared(colors, width));

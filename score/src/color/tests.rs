@@ -166,7 +166,7 @@ fn a_lambert_sphere_is_as_bright_as_its_cosine() {
         let cosine = normal.dot(to_light);
         let expected = 0.7 / PI * 3.0 * cosine.max(0.0);
         // Facets shade one another where light grazes them.
-        if cosine > 0.1 || cosine < -0.1 {
+        if !(-0.1..=0.1).contains(&cosine) {
             let found = picture.radiance[pixel].x;
             assert!((found - expected).abs() < 0.01, "{pixel}: {found} {expected}");
             seen += 1;

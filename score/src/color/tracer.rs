@@ -221,7 +221,7 @@ impl<'r> ColorTracer<'r> {
             };
             sum += throughput * point.emission;
             let Some(brdf) = point.brdf else { break };
-            sum += throughput * self.from_lamps(&point, layer.triangle, surface.receives, &mut sequence);
+            sum += throughput * self.of_lamps(&point, layer.triangle, surface.receives, &mut sequence);
             let (direction, density) = self.sky.sample(sequence.pair());
             let at = sequence.pair();
             let choice = sequence.pair().x;
@@ -257,7 +257,7 @@ impl<'r> ColorTracer<'r> {
     }
 
     /// Light of the lamps that a point reflects.
-    fn from_lamps(&self, point: &Point, triangle: u32, receives: bool, sequence: &mut Sequence) -> DVec3 {
+    fn of_lamps(&self, point: &Point, triangle: u32, receives: bool, sequence: &mut Sequence) -> DVec3 {
         let Some(brdf) = point.brdf else { return DVec3::ZERO };
         let mut sum = DVec3::ZERO;
         for lamp in &self.lamps {
